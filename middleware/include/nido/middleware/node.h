@@ -1,0 +1,94 @@
+#pragma once
+
+#include <yaml-cpp/yaml.h>
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <type_traits>
+#include <vector>
+
+#include "nido/interfaces/result.h"
+#include "nido/middleware/port.h"
+#include "nido/middleware/time.h"
+
+namespace nido {
+
+// Where a node's time comes from.
+enum class ClockMode {
+  kWall,       // the computer's clock
+  kSimulated,  // /clock, as published by the robot process
+  kLockstep,   // simulated, and the simulator waits for this node at every tick
+};
+
+// What a process needs to join a system. The launcher writes one such file for each process it starts.
+struct NodeOptions {
+  std::string name;                     // "vision": unique in its domain
+  int domain = 0;                       // DDS domain, ROS_DOMAIN_ID
+  ClockMode clock = ClockMode::kWall;
+  double period_s = 0.01;               // how often run() calls the node
+  std::uint64_t seed = 1;               // for the node's own random generators
+  YAML::Node parameters;                // the node's own settings
+  std::vector<std::pair<std::string, std::string>> connections;  // output name, own input name
+};
+
+// A process's place in the system: its ports, clock, parameters, log and life cycle. One per process, made in main().
+// Thread-safe unless noted. Typed ports need the message's type support: include "nido/middleware/typed_port.h"
+// in the .cpp that opens them, not in headers.
+class Node {
+ public:
+  // Reads `--node FILE` (as written by the launcher), or `--name`, `--domain`, `--set KEY=VALUE`... by hand.
+  static Result<NodeOptions> options_from_args(int argc, char** argv, const std::string& default_name);
+  // Joins the domain and announces the node as "starting". Fails with kTaken if the name has an owner.
+  static Result<std::unique_ptr<Node>> create(NodeOptions options);
+
+  virtual ~Node() = default;
+
+  [[nodiscard]] virtual const NodeOptions& options() const = 0;
+  [[nodiscard]] virtual Time now() const = 0;
+
+  // Ports. Names are absolute: "/vision/objects:o". `depth`: messages kept when nobody takes them (oldest go first and
+  // are counted as lost), or for outputs the history of profile event. kTaken if the name has an owner, in words that
+  // name its process and host.
+  template <class T>
+  Result<std::unique_ptr<Output<T>>> open_output(const std::string& port_name, Profile profile, std::size_t depth = 16);
+  template <class T>
+  Result<std::unique_ptr<Input<T>>> open_input(const std::string& port_name, Profile profile, std::size_t depth = 16);
+
+  // A port that answers lines of text ("/icubSim/world", "/icubSim/head/rpc:i"). The handler runs on a middleware thread;
+  // the service ends when the returned object is destroyed.
+  class Service {
+   public:
+    virtual ~Service() = default;
+  };
+  virtual Result<std::unique_ptr<Service>> open_service(const std::string& port_name,
+                                                        std::function<std::string(const std::string&)> handler) = 0;
+  // Asks a text service and waits for its answer. kNotFound if no such port appears, kTimeout if it does not answer, both
+  // within timeout_s of wall time.
+  virtual Result<std::string> call(const std::string& port_name, const std::string& text, double timeout_s) = 0;
+
+  // Life cycle, seen by the launcher and `nido node info`.
+  virtual void set_ready() = 0;
+  virtual void set_failed(const std::string& sentence) = 0;
+
+  // Calls on_tick(now) every period of the node's clock until SIGINT, SIGTERM, stop() or a failure of on_tick, which it
+  // returns. In lockstep every message that other nodes wrote before this tick has arrived when on_tick is called.
+  virtual Status run(const std::function<Status(Time)>& on_tick) = 0;
+  virtual void stop() = 0;
+  // The node that owns the clock (the robot process, with a simulator) drives it with this instead of run(): publishes
+  // `now` on /clock, in lockstep waits until every joined node has finished this tick. Returns kInterrupted on SIGINT,
+  // SIGTERM, stop().
+  virtual Status publish_clock(Time now) = 0;
+
+  // Log: printed as one line and published on /log.
+  virtual void log_debug(const std::string& text) = 0;
+  virtual void log_info(const std::string& text) = 0;
+  virtual void log_warning(const std::string& text) = 0;
+  virtual void log_error(const std::string& text) = 0;
+};
+
+// Runs a node program: parses arguments, creates the node, calls `body(node)`, prints a failure as one sentence.
+// Returns the process's exit code. `main` of every node is one call of this.
+int node_main(int argc, char** argv, const std::string& default_name, const std::function<Status(Node&)>& body);
+
+}  // namespace nido
