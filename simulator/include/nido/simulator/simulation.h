@@ -1,0 +1,194 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "nido/interfaces/result.h"
+#include "nido/simulator/joints.h"
+#include "nido/simulator/scene.h"
+
+namespace nido::sim {
+
+// What a simulation is made from.
+struct SimulationOptions {
+  std::filesystem::path urdf_path;   // config/robots/icub.urdf
+  std::filesystem::path world_path;  // config/worlds/NAME.yaml; empty: world_yaml is used
+  std::string world_yaml;            // a world as text, when world_path is empty; both empty: only the floor
+  std::string target;  // random worlds: the object that must be there ("blue cube"); empty: the seed chooses
+  std::uint64_t seed = 1;         // of random worlds and of the constraint solver
+  double physics_step_s = 0.001;  // must divide the control period of 10 ms
+  int solver_iterations = 30;     // of every physics step
+};
+
+enum class Hand { kLeft, kRight };
+enum class Eye { kLeft, kRight };
+
+// Touch pads of one hand, in the order thumb, index, middle, ring, little finger tip, palm.
+inline constexpr std::size_t kPadCount = 6;
+struct HandTouch {
+  std::array<bool, kPadCount> on{};  // contact with anything that is not the robot
+  std::array<double, kPadCount>
+      force_N{};  // sum of the normal contact forces, mean over the last control period
+};
+
+// Where an object of the world is and what it is. Poses are those of the object's frame: centre of a box,
+// sphere or cylinder; middle of the floor plate's underside for a basket; between the feet for a bear.
+struct ObjectState {
+  std::string name;        // "blue cube"; unique
+  std::string kind;        // world vocabulary: "box", "sph", "cyl", "model", "sbox", ...; or "basket", "bear"
+  bool is_static = false;  // nothing moves it
+  double mass_kg = 0;      // 0 for static objects
+  Eigen::Vector3d size_m = Eigen::Vector3d::Zero();  // edges of its box in its own frame
+  Eigen::Isometry3d X_WorldObject = Eigen::Isometry3d::Identity();
+  Eigen::Vector3d v_World_m_s = Eigen::Vector3d::Zero();  // velocity of the centre of mass
+  Eigen::Vector3d w_World_rad_s = Eigen::Vector3d::Zero();
+};
+
+// One touching pair, summed over its contact points, at the end of the last control period.
+struct ContactPair {
+  std::string a;  // object name, "floor", "table", or robot link name
+  std::string b;
+  bool a_is_robot = false;
+  bool b_is_robot = false;
+  double force_N = 0;                                   // sum of normal forces
+  Eigen::Vector3d p_World_m = Eigen::Vector3d::Zero();  // mean contact point
+};
+
+// Who touches an object: for the judge and for tests, never for a node that perceives or acts.
+struct HoldQuery {
+  std::array<bool, kPadCount> left{};  // pads of the left hand (a whole finger counts, not only its tip)
+  std::array<bool, kPadCount> right{};
+  bool other_robot_link = false;  // forearm, head, ...
+  bool world = false;             // table, floor, basket or another object
+  // Borne by the robot alone: some finger or palm touches it, and nothing of the world does.
+  [[nodiscard]] bool held() const;
+};
+
+// Everything that changes in a simulation, to come back to later. Opaque; valid for the Simulation that made
+// it as long as no object is made or deleted.
+class SavedState {
+ public:
+  SavedState();
+  ~SavedState();
+  SavedState(const SavedState&);
+  SavedState(SavedState&&) noexcept;
+  SavedState& operator=(const SavedState&);
+  SavedState& operator=(SavedState&&) noexcept;
+
+ private:
+  friend class Simulation;
+  struct Data;
+  std::unique_ptr<Data> data_;
+};
+
+// A robot in a world of objects: physics, drives, touch, and the text vocabulary of the world port. No
+// cameras (see the renderer, which draws its SceneSnapshot), no network.
+//
+// Not thread-safe; several simulations may run in several threads of one process at once. The same options
+// and the same calls give the same state bit for bit on one machine. World frame W: iCub root axes (x
+// backward, y right, z up), origin at the root, floor at z = -0.5976 m.
+class Simulation {
+ public:
+  static constexpr double kControlPeriod_s = 0.01;
+  static constexpr double kFloorHeight_m = -0.5976;
+
+  // Fails with a sentence that names file and place when the URDF or world is wrong.
+  static Result<std::unique_ptr<Simulation>> create(const SimulationOptions& options);
+  ~Simulation();
+  Simulation(const Simulation&) = delete;
+  Simulation& operator=(const Simulation&) = delete;
+
+  // Time since creation or reset, a whole number of control periods.
+  [[nodiscard]] double time_s() const;
+  [[nodiscard]] std::int64_t time_ns() const;
+  // Advances by whole control periods; a duration is rounded to the nearest number of them, at least one.
+  // Fails with the body's name when a body has left the realm of numbers; the simulation then stays failed
+  // until reset() or restore().
+  Status step(double duration_s = kControlPeriod_s);
+  // Back to the state after creation (made objects vanish, deleted ones return); the same seed, so the same
+  // future.
+  void reset();
+
+  // Fast there-and-back for learning. restore() refuses a state of another simulation or of other objects.
+  [[nodiscard]] SavedState save() const;
+  Status restore(const SavedState& state);
+
+  // -- joints; part is an index into parts()
+  // ------------------------------------------------------------------------
+  [[nodiscard]] const std::vector<PartInfo>& parts() const;
+  // Index of a part or nothing (-1).
+  [[nodiscard]] int part_index(std::string_view name) const;
+  [[nodiscard]] std::span<const JointState> joints(int part) const;
+  // Commands some joints of a part: the mode is switched and the targets are set, all or none. Units by mode:
+  // rad, rad, rad/s, N m, duty cycle; kIdle ignores the values' meaning but not their number. Finite values
+  // beyond a limit are clamped to it. Refuses NaN, infinity, wrong indices, indices named twice, and unequal
+  // lengths.
+  Status command(int part, JointMode mode, std::span<const int> joints, std::span<const double> values);
+  // The same for all joints of a part.
+  Status command_all(int part, JointMode mode, std::span<const double> values);
+  // Reference speed of position mode; clamped to the joint's velocity limit, refused when not finite or not
+  // above zero.
+  Status set_reference_speed(int part, int joint, double speed_rad_s);
+  // Ends the motion where the joint is now (position mode with the present position as target).
+  Status stop(int part, int joint);
+  // Puts joints to a position at once, at rest: for tests and to start trials. Refused beyond limits.
+  Status place_joints(int part, std::span<const double> position_rad);
+
+  // -- sensors
+  // ------------------------------------------------------------------------------------------------------
+  [[nodiscard]] const HandTouch& touch(Hand hand) const;
+  // Camera frame of an eye: z along the optical axis, x to the right and y down in the image.
+  [[nodiscard]] Eigen::Isometry3d X_WorldCamera(Eye eye) const;
+  // Head's inertial sensor in its own frame: what an accelerometer feels (gravity included) and the turn
+  // rate.
+  struct Inertial {
+    Eigen::Quaterniond q_WorldSensor = Eigen::Quaterniond::Identity();
+    Eigen::Vector3d acceleration_m_s2 = Eigen::Vector3d::Zero();
+    Eigen::Vector3d angular_velocity_rad_s = Eigen::Vector3d::Zero();
+  };
+  [[nodiscard]] Inertial inertial() const;
+  // What the limb beyond the sensor exerts on the body, at the sensor, in the sensor link's frame.
+  struct Wrench {
+    Eigen::Vector3d force_N = Eigen::Vector3d::Zero();
+    Eigen::Vector3d torque_Nm = Eigen::Vector3d::Zero();
+  };
+  // limb: "left_arm", "right_arm", "left_leg", "right_leg".
+  [[nodiscard]] Result<Wrench> force_torque(std::string_view limb) const;
+
+  // -- ground truth: for the renderer, the judge and tests
+  // ------------------------------------------------------------
+  [[nodiscard]] const std::vector<std::string>& link_names() const;
+  [[nodiscard]] Result<Eigen::Isometry3d> X_WorldLink(std::string_view link) const;
+  [[nodiscard]] std::vector<ObjectState> objects() const;
+  [[nodiscard]] Result<ObjectState> object(std::string_view name) const;
+  [[nodiscard]] std::vector<ContactPair> contacts() const;
+  [[nodiscard]] Result<HoldQuery> hold(std::string_view object) const;
+  // The object's centre is above the basket's floor, between its walls and below their rim plus the object's
+  // own size.
+  [[nodiscard]] Result<bool> is_inside(std::string_view object, std::string_view basket) const;
+  // Everything to draw: robot, table, objects, floor. The revision changes when things are made, deleted or
+  // recoloured.
+  void scene(SceneSnapshot& out) const;
+  // Hash of the whole physical state, to compare runs.
+  [[nodiscard]] std::uint64_t state_hash() const;
+
+  // -- the world port
+  // ------------------------------------------------------------------------------------------------- One
+  // line of the world vocabulary (docs/world.md): "world mk box 0.05 0.05 0.05 0 0.6 0.3 1 0 0". Replies
+  // "[ok]", values, or `[fail] "reason"`; a refused line changes nothing.
+  std::string world(const std::string& line);
+
+ private:
+  struct Impl;
+  explicit Simulation(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace nido::sim
