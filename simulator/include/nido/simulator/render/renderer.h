@@ -1,0 +1,66 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <string>
+
+#include "nido/interfaces/result.h"
+#include "nido/simulator/render/camera.h"
+#include "nido/simulator/render/image.h"
+#include "nido/simulator/scene.h"
+
+namespace nido::sim {
+
+// The lamps of the room. All values are linear; 1 is normal.
+struct Lighting {
+  double brightness = 1.0;  // scales all light, the ambient too: 0.5 is a dim room
+  double key = 1.0;         // the ceiling lamp, which casts shadows
+  double fill = 1.0;        // a weak lamp on the other side, without shadows
+  double ambient = 1.0;     // light from everywhere
+  Eigen::Vector3d key_direction_World = {-0.35, -0.45, 1.0};  // towards the lamp; any length but zero
+  bool shadows = true;
+};
+
+struct RenderOptions {
+  int samples = 4;             // antialiasing of edges: 1 (none) or 4 samples a pixel
+  bool room = true;            // floor (at z = -0.5976 m) and walls around the robot; else only a plain background
+  int shadow_map_size = 1024;  // texels along an edge, 64..4096
+};
+
+// Draws scenes on the CPU, without a display. The same scene, camera and light give the same bytes on one machine.
+// A Renderer is used by one thread at a time, by any; different Renderers are independent, also in different threads.
+//
+// Names of textures that a shape may ask for: "", "checker", "wood", "fabric", "weave", "tiles", "plaster".
+// Instances with an alpha below 0.01 are left out; others are opaque.
+class Renderer {
+ public:
+  // Fails when there is no off-screen OpenGL 3.3, or when an option is out of range.
+  static Result<Renderer> create(const RenderOptions& options = {});
+
+  Renderer(Renderer&&) noexcept;
+  Renderer& operator=(Renderer&&) noexcept;
+  Renderer(const Renderer&) = delete;
+  Renderer& operator=(const Renderer&) = delete;
+  ~Renderer();
+
+  // Takes over what is to be seen from now on. Cheap when only poses changed since the last call. Draws the shadow map,
+  // which all pictures of this scene share. Fails, and keeps the scene before, when a mesh cannot be read, a texture is
+  // unknown, or a size or pose is not finite; the message names the instance.
+  Status setScene(const SceneSnapshot& scene);
+
+  // Takes over the light. Fails, and keeps the light before, when a value is negative or not finite.
+  Status setLighting(const Lighting& lighting);
+
+  // A picture of the scene. `picture` is resized and overwritten; its storage is reused.
+  Status render(const Camera& camera, RgbImage& picture);
+
+  // Depth and instances of the scene behind the centres of the pixels (no antialiasing).
+  Status renderDepth(const Camera& camera, DepthImage& picture);
+
+ private:
+  class Impl;
+  explicit Renderer(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace nido::sim
