@@ -26,12 +26,14 @@ struct Error {
   std::string message;
 };
 
-// A value or the reason why there is none. Thread-compatible. Reading the wrong side is a bug and ends the process.
+// A value or the reason why there is none. Thread-compatible. Reading the wrong side is a bug and ends the
+// process.
 template <class T>
 class [[nodiscard]] Result {
  public:
-  Result(T value) : content_(std::move(value)) {}      // NOLINT(google-explicit-constructor): return value;
-  Result(Error error) : content_(std::move(error)) {}  // NOLINT(google-explicit-constructor): return Error{...};
+  Result(T value) : content_(std::move(value)) {}  // NOLINT(google-explicit-constructor): return value;
+  Result(Error error)
+      : content_(std::move(error)) {}  // NOLINT(google-explicit-constructor): return Error{...};
 
   [[nodiscard]] bool ok() const { return content_.index() == 0; }
   explicit operator bool() const { return ok(); }
@@ -61,7 +63,8 @@ template <>
 class [[nodiscard]] Result<void> {
  public:
   Result() = default;
-  Result(Error error) : error_(std::move(error)) {}  // NOLINT(google-explicit-constructor): return Error{...};
+  Result(Error error)
+      : error_(std::move(error)) {}  // NOLINT(google-explicit-constructor): return Error{...};
 
   [[nodiscard]] bool ok() const { return !error_.has_value(); }
   explicit operator bool() const { return ok(); }

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "nido/interfaces/result.h"
+
+namespace nido {
+
+// Touch pads of one hand, in the order thumb, index, middle, ring, little finger tip, palm.
+struct TouchReading {
+  std::int64_t stamp_ns = 0;    // time of the measurement, of the robot's clock
+  std::vector<bool> on;         // (pads) contact with anything that is not the robot
+  std::vector<double> force_N;  // (pads) sum of the normal contact forces, never negative
+};
+
+// Touch pads. Thread-safe.
+class ITouch {
+ public:
+  virtual ~ITouch() = default;
+  // Number of pads; never changes. Six for a hand.
+  [[nodiscard]] virtual int pads() const = 0;
+  // The newest measurement. Never waits; kTimeout on the far side before the first one has come.
+  [[nodiscard]] virtual Result<TouchReading> read_touch() const = 0;
+};
+
+}  // namespace nido
