@@ -102,7 +102,7 @@ TEST(Mlp, AdamFitsASmoothFunctionAndGeneralises) {
   const Patterns test = make(200);
   Mlp network = Mlp::random(2, {{16, Activation::kTanh}, {1, Activation::kLinear}}, 6);
   const double before = rmse(network, test);
-  train_adam(network, train, test, {.epochs = 120, .batch = 16, .rate = 1e-2, .final_rate = 1e-4});
+  train_adam(network, train, test, {.epochs = 400, .batch = 16, .rate = 1e-2, .final_rate = 1e-4});
   EXPECT_GT(before, 0.2);
   EXPECT_LT(rmse(network, test), 0.02);
 }
