@@ -1,0 +1,70 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "nido/interfaces/result.h"
+#include "nido/speech/phrases.h"
+
+namespace nido {
+
+struct SpeechSettings {
+  std::string acoustic_model;  // folder of a PocketSphinx model; empty: Debian's en-us
+  double end_silence_s = 0.4;  // silence that ends an utterance; the answer is late by this much
+  double shortest_s = 0.25;    // speech shorter than this is a click, not an utterance
+  double longest_s = 8.0;      // speech longer than this is cut and rejected
+  double noise_floor_db =
+      -33.0;  // level of the pink noise that is added, relative to the loudest speech so far
+  double lowest_confidence = 0.05;  // less sure than this is rejected, 0..1
+  std::uint64_t seed = 1;           // of that noise
+};
+
+// A piece of sound, as it comes from a port or a file.
+struct AudioBlock {
+  double start_s = 0.0;                  // time of the first sample, s
+  std::uint32_t sample_rate_hz = 16000;  // must be kSpeechRate_hz
+  std::uint32_t channels = 1;            // 1 or 2; two are averaged
+  std::vector<std::int16_t> samples;     // interleaved
+};
+inline constexpr std::uint32_t kSpeechRate_hz = 16000;
+
+// What was made of one utterance.
+struct HeardPhrase {
+  double end_s = 0.0;       // time of the end of the speech, s
+  std::string text;         // phrase of the book; empty when rejected
+  double confidence = 0.0;  // 0..1
+  bool accepted = false;
+  std::string reason;  // why it was rejected, a sentence; empty when accepted
+};
+
+// Understands the phrases of a book in a stream of sound (PocketSphinx). An utterance is accepted only if a
+// decoder with the phrases as grammar and one with a statistical language model of the same phrases find the
+// same one: other speech rarely makes both agree. Deterministic: the same blocks give the same answers. Not
+// thread-safe.
+class SpeechCore {
+ public:
+  // kNotFound with a sentence if the acoustic model is not installed; kInvalidArgument for settings out of
+  // range.
+  static Result<std::unique_ptr<SpeechCore>> create(const PhraseBook& book, const SpeechSettings& settings);
+  ~SpeechCore();
+  SpeechCore(const SpeechCore&) = delete;
+  SpeechCore& operator=(const SpeechCore&) = delete;
+
+  // Listens to one block of any length and returns the utterances that ended in it. Blocks must follow each
+  // other; a gap in time of more than 0.1 s ends the utterance that was going on. A block with another rate,
+  // more channels or a ragged length is refused with kInvalidArgument and changes nothing.
+  Result<std::vector<HeardPhrase>> feed(const AudioBlock& block);
+  // Ends the utterance that is going on, as at the end of a file.
+  std::vector<HeardPhrase> flush();
+  // Speech is going on now.
+  [[nodiscard]] bool in_speech() const;
+
+ private:
+  struct Impl;
+  explicit SpeechCore(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace nido

@@ -1,0 +1,147 @@
+#include "decoder.h"
+
+#include <fmt/format.h>
+#include <pocketsphinx/pocketsphinx.h>
+#include <sphinxbase/err.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <map>
+
+namespace nido {
+
+namespace {
+
+// A file that lives as long as this object: PocketSphinx reads dictionaries and models from files only.
+class TemporaryFile {
+ public:
+  static Result<TemporaryFile> create(const std::string& content) {
+    std::string path = (std::filesystem::temp_directory_path() / "nido-speech-XXXXXX").string();
+    const int descriptor = mkstemp(path.data());
+    if (descriptor < 0) {
+      return Error{ErrorCode::kFailed,
+                   fmt::format("cannot make a temporary file in {}: is the folder writable?",
+                               std::filesystem::temp_directory_path().string())};
+    }
+    close(descriptor);
+    TemporaryFile file(path);
+    std::ofstream stream(path);
+    stream << content;
+    stream.close();
+    if (!stream) {
+      return Error{ErrorCode::kFailed, fmt::format("cannot write {}: is the disk full?", path)};
+    }
+    return file;
+  }
+  ~TemporaryFile() {
+    if (!path_.empty()) {
+      std::error_code ignored;
+      std::filesystem::remove(path_, ignored);
+    }
+  }
+  TemporaryFile(TemporaryFile&& other) noexcept : path_(std::exchange(other.path_, {})) {}
+  TemporaryFile& operator=(TemporaryFile&&) = delete;
+  [[nodiscard]] const char* path() const { return path_.c_str(); }
+
+ private:
+  explicit TemporaryFile(std::string path) : path_(std::move(path)) {}
+  std::string path_;
+};
+
+std::string dictionary_text(const PhraseBook& book) {
+  std::string text;
+  for (const auto& [word, pronunciations] : book.pronunciations) {
+    for (std::size_t i = 0; i < pronunciations.size(); ++i) {
+      text += i == 0 ? fmt::format("{} {}\n", word, pronunciations[i])
+                     : fmt::format("{}({}) {}\n", word, i + 1, pronunciations[i]);
+    }
+  }
+  return text;
+}
+
+// How much of the weight of all that might have been said the best text has: the best score of each different
+// text in the N-best list, acoustic scores flattened as for posteriors.
+double share_of_best(ps_decoder_t* decoder, const std::string& best) {
+  constexpr int kListLength = 200;
+  constexpr double kFlatten = 20.0;
+  std::map<std::string, double> score_by_text;
+  ps_nbest_t* list = ps_nbest(decoder);
+  for (int i = 0; list != nullptr && i < kListLength; ++i) {
+    int32 score = 0;
+    if (const char* text = ps_nbest_hyp(list, &score); text != nullptr) {
+      score_by_text.try_emplace(text, logmath_log_to_ln(ps_get_logmath(decoder), score) / kFlatten);
+    }
+    list = ps_nbest_next(list);  // frees the list at its end
+  }
+  if (list != nullptr) {
+    ps_nbest_free(list);
+  }
+  const auto found = score_by_text.find(best);
+  if (found == score_by_text.end()) {
+    return 0.0;
+  }
+  double sum = 0.0;
+  for (const auto& [text, score] : score_by_text) {
+    sum += std::exp(score - found->second);
+  }
+  return 1.0 / sum;
+}
+
+}  // namespace
+
+void Decoder::Free::operator()(ps_decoder_s* decoder) const { ps_free(decoder); }
+
+Result<Decoder> Decoder::create(const PhraseBook& book, const std::string& acoustic_model, Model model,
+                                int end_silence_frames) {
+  err_set_logfp(nullptr);
+  const auto dictionary = TemporaryFile::create(dictionary_text(book));
+  if (!dictionary) return dictionary.error();
+  const auto language =
+      TemporaryFile::create(model == Model::kGrammar ? jsgf_grammar(book) : arpa_trigram(book));
+  if (!language) return language.error();
+
+  // wide beams: the vocabulary is tiny, so that pruning saves nothing and costs phrases
+  const std::string end_silence = fmt::format("{}", end_silence_frames);
+  cmd_ln_t* config =
+      cmd_ln_init(nullptr, ps_args(), TRUE, "-hmm", acoustic_model.c_str(), "-dict", dictionary->path(),
+                  model == Model::kGrammar ? "-jsgf" : "-lm", language->path(), "-beam", "1e-80", "-wbeam",
+                  "1e-60", "-pbeam", "1e-80", "-lw", "3", "-silprob", "0.1", "-vad_postspeech",
+                  end_silence.c_str(), "-logfn", "/dev/null", nullptr);
+  if (config == nullptr) {
+    return Error{ErrorCode::kFailed, "PocketSphinx refuses its settings: is another version installed?"};
+  }
+  std::unique_ptr<ps_decoder_s, Free> decoder(ps_init(config));
+  cmd_ln_free_r(config);
+  if (!decoder) {
+    return Error{
+        ErrorCode::kFailed,
+        fmt::format("PocketSphinx cannot start with the acoustic model {} and these phrases: does every "
+                    "pronunciation use the model's phones?",
+                    acoustic_model)};
+  }
+  return Decoder(std::move(decoder));
+}
+
+void Decoder::start() { ps_start_utt(decoder_.get()); }
+
+bool Decoder::process(const std::int16_t* samples, std::size_t count) {
+  ps_process_raw(decoder_.get(), samples, count, FALSE, FALSE);
+  return ps_get_in_speech(decoder_.get()) != 0;
+}
+
+Decoder::Hypothesis Decoder::end() {
+  ps_end_utt(decoder_.get());
+  Hypothesis hypothesis;
+  int32 score = 0;
+  if (const char* text = ps_get_hyp(decoder_.get(), &score); text != nullptr) {
+    hypothesis.text = text;
+    hypothesis.confidence = share_of_best(decoder_.get(), hypothesis.text);
+  }
+  return hypothesis;
+}
+
+}  // namespace nido

@@ -1,0 +1,255 @@
+#include "nido/speech/speech_core.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <optional>
+#include <random>
+
+#include "decoder.h"
+
+namespace nido {
+
+namespace {
+
+constexpr std::size_t kChunk = 320;  // 20 ms
+constexpr double kChunk_s = static_cast<double>(kChunk) / kSpeechRate_hz;
+constexpr double kLongestGap_s = 0.1;
+constexpr double kStartLevel = 3000.0;     // root mean square of usual speech, until some was heard
+constexpr double kLevelDecay = 0.9995;     // a chunk: halves in 28 s
+constexpr int kWarmUpChunks = 75;          // of noise alone, so that the decoders know it before they listen
+constexpr double kBackgroundRise = 1.004;  // a chunk: 1.7 dB a second
+constexpr double kLoudnessRange =
+    3.0;  // speech has moments so much louder than its background; steady noise has not
+
+constexpr std::array<const char*, 2> kModelPlaces = {"/usr/share/pocketsphinx/model/en-us/en-us",
+                                                     "/usr/local/share/pocketsphinx/model/en-us/en-us"};
+
+Result<std::string> find_acoustic_model(const std::string& wanted) {
+  const auto is_model = [](const std::string& place) {
+    return std::filesystem::exists(std::filesystem::path(place) / "mdef");
+  };
+  if (!wanted.empty()) {
+    if (is_model(wanted)) return wanted;
+    return Error{ErrorCode::kNotFound,
+                 fmt::format("{}: there is no acoustic model (a folder with a file mdef) here", wanted)};
+  }
+  for (const char* place : kModelPlaces) {
+    if (is_model(place)) return std::string(place);
+  }
+  return Error{ErrorCode::kNotFound,
+               fmt::format("the acoustic model {} is missing: install the package pocketsphinx-en-us",
+                           kModelPlaces[0])};
+}
+
+// Pink noise by three filters over white noise; root mean square about 1. The decoder's front end tracks
+// noise, and digital silence, which no microphone gives, disturbs it.
+class PinkNoise {
+ public:
+  explicit PinkNoise(std::uint64_t seed) : generator_(seed) {}
+  double next() {
+    // the sum of uniform bits is the same on every standard library, std::normal_distribution is not
+    const double white = static_cast<double>(generator_() >> 40U) / static_cast<double>(1U << 24U) - 0.5;
+    b0_ = 0.99765 * b0_ + white * 0.0990460;
+    b1_ = 0.96300 * b1_ + white * 0.2965164;
+    b2_ = 0.57000 * b2_ + white * 1.0526913;
+    return (b0_ + b1_ + b2_ + white * 0.1848) * kScale;
+  }
+
+ private:
+  static constexpr double kScale = 1.8;  // measured: brings the root mean square to 1
+  std::mt19937_64 generator_;
+  double b0_ = 0.0;
+  double b1_ = 0.0;
+  double b2_ = 0.0;
+};
+
+}  // namespace
+
+struct SpeechCore::Impl {
+  Impl(const PhraseBook& phrases, const SpeechSettings& s, Decoder grammar_decoder, Decoder trigram_decoder)
+      : book(phrases),
+        settings(s),
+        grammar(std::move(grammar_decoder)),
+        trigram(std::move(trigram_decoder)),
+        noise(s.seed) {
+    start();
+    std::array<std::int16_t, kChunk> silence{};
+    for (int i = 0; i < kWarmUpChunks; ++i) {
+      add_noise(silence);
+      grammar.process(silence.data(), silence.size());
+      trigram.process(silence.data(), silence.size());
+      silence.fill(0);
+    }
+    grammar.end();
+    trigram.end();
+    start();
+  }
+
+  void start() {
+    grammar.start();
+    trigram.start();
+    speaking = false;
+    speech_s = 0.0;
+    loudest = 0.0;
+  }
+
+  void add_noise(std::array<std::int16_t, kChunk>& chunk) {
+    const double noise_level = level * std::pow(10.0, settings.noise_floor_db / 20.0);
+    for (std::int16_t& sample : chunk) {
+      const double noisy = sample + noise_level * noise.next();
+      sample = static_cast<std::int16_t>(std::clamp(std::lround(noisy), -32768L, 32767L));
+    }
+  }
+
+  // works on one chunk; returns the utterance that ended in it
+  std::optional<HeardPhrase> listen(std::array<std::int16_t, kChunk>& chunk) {
+    double energy = 0.0;
+    for (const std::int16_t sample : chunk) {
+      energy += static_cast<double>(sample) * sample;
+    }
+    const double loudness = std::sqrt(energy / static_cast<double>(kChunk));
+    level = std::max(level * kLevelDecay, loudness);
+    background = background ? std::min(*background * kBackgroundRise, loudness) : loudness;
+    loudest = std::max(loudest, loudness / std::max(*background, 1.0));
+    add_noise(chunk);
+    const bool speech_now = grammar.process(chunk.data(), chunk.size());
+    trigram.process(chunk.data(), chunk.size());
+    now_s += kChunk_s;
+    if (speech_now) {
+      speaking = true;
+      speech_s += kChunk_s;
+      if (speech_s <= settings.longest_s) return std::nullopt;
+    }
+    return speaking ? finish(now_s - (speech_now ? 0.0 : settings.end_silence_s)) : std::nullopt;
+  }
+
+  // ends the utterance and judges it; nothing for clicks
+  std::optional<HeardPhrase> finish(double end_s) {
+    const Decoder::Hypothesis by_grammar = grammar.end();
+    const Decoder::Hypothesis by_trigram = trigram.end();
+    const bool was_speaking = speaking;
+    // the flag stays up through the silence that ends an utterance
+    const double net_speech_s = speech_s - settings.end_silence_s;
+    const bool too_long = speech_s > settings.longest_s;
+    const bool steady = loudest < kLoudnessRange;
+    start();
+    if (!was_speaking || steady || net_speech_s < settings.shortest_s) return std::nullopt;
+
+    HeardPhrase heard;
+    heard.end_s = end_s;
+    if (too_long) {
+      heard.reason = fmt::format("no such phrase: somebody spoke for more than {:.0f} s without a pause",
+                                 settings.longest_s);
+    } else if (by_grammar.text.empty() || !book.find(by_grammar.text)) {
+      heard.reason = "no such phrase: what was said sounds like none of those that I know";
+    } else if (by_grammar.text != by_trigram.text || by_trigram.confidence < settings.lowest_confidence) {
+      heard.reason = fmt::format("no such phrase: the nearest that I know is \"{}\", but it does not fit",
+                                 by_grammar.text);
+    } else {
+      heard.accepted = true;
+      heard.text = by_grammar.text;
+      heard.confidence = by_trigram.confidence;
+    }
+    return heard;
+  }
+
+  PhraseBook book;
+  SpeechSettings settings;
+  Decoder grammar;
+  Decoder trigram;
+  PinkNoise noise;
+  std::vector<std::int16_t> pending;  // samples that do not fill a chunk yet
+  double now_s = 0.0;                 // time after the last chunk
+  bool time_known = false;
+  bool speaking = false;             // in this utterance
+  double speech_s = 0.0;             // length of this utterance's speech
+  double loudest = 0.0;              // loudness of this utterance's loudest chunk over the background
+  double level = kStartLevel;        // root mean square of the loudest speech, slowly forgotten
+  std::optional<double> background;  // root mean square of the quietest moments
+};
+
+Result<std::unique_ptr<SpeechCore>> SpeechCore::create(const PhraseBook& book,
+                                                       const SpeechSettings& settings) {
+  if (!(settings.end_silence_s >= 0.1 && settings.end_silence_s <= 2.0)) {
+    return Error{ErrorCode::kInvalidArgument,
+                 fmt::format("end_silence_s is {}; allowed are 0.1 to 2 s", settings.end_silence_s)};
+  }
+  if (!(settings.longest_s > settings.shortest_s) || !(settings.shortest_s >= 0.0)) {
+    return Error{ErrorCode::kInvalidArgument,
+                 fmt::format("shortest_s {} and longest_s {}: expected 0 <= shortest_s < longest_s",
+                             settings.shortest_s, settings.longest_s)};
+  }
+  if (!(settings.noise_floor_db <= 0.0)) {
+    return Error{ErrorCode::kInvalidArgument,
+                 fmt::format("noise_floor_db is {}; it must not be above 0", settings.noise_floor_db)};
+  }
+  const auto model = find_acoustic_model(settings.acoustic_model);
+  if (!model) return model.error();
+  const int frames = static_cast<int>(std::lround(settings.end_silence_s * 100.0));
+  auto grammar = Decoder::create(book, *model, Decoder::Model::kGrammar, frames);
+  if (!grammar) return grammar.error();
+  auto trigram = Decoder::create(book, *model, Decoder::Model::kTrigram, frames);
+  if (!trigram) return trigram.error();
+  return std::unique_ptr<SpeechCore>(new SpeechCore(
+      std::make_unique<Impl>(book, settings, std::move(grammar).value(), std::move(trigram).value())));
+}
+
+SpeechCore::SpeechCore(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+SpeechCore::~SpeechCore() = default;
+
+Result<std::vector<HeardPhrase>> SpeechCore::feed(const AudioBlock& block) {
+  if (block.sample_rate_hz != kSpeechRate_hz) {
+    return Error{ErrorCode::kInvalidArgument,
+                 fmt::format("the sound has {} samples a second; speech needs {}", block.sample_rate_hz,
+                             kSpeechRate_hz)};
+  }
+  if (block.channels != 1 && block.channels != 2) {
+    return Error{ErrorCode::kInvalidArgument,
+                 fmt::format("the sound has {} channels; speech takes 1 or 2", block.channels)};
+  }
+  if (block.samples.size() % block.channels != 0) {
+    return Error{ErrorCode::kInvalidArgument,
+                 fmt::format("{} samples do not fill {} channels", block.samples.size(), block.channels)};
+  }
+  if (!std::isfinite(block.start_s)) {
+    return Error{ErrorCode::kInvalidArgument, "the time of the sound is not a number"};
+  }
+
+  std::vector<HeardPhrase> heard;
+  const double expected_s = impl_->now_s + static_cast<double>(impl_->pending.size()) / kSpeechRate_hz;
+  if (!impl_->time_known || std::abs(block.start_s - expected_s) > kLongestGap_s) {
+    if (impl_->time_known) heard = flush();
+    impl_->pending.clear();
+    impl_->now_s = block.start_s;
+    impl_->time_known = true;
+  }
+  for (std::size_t i = 0; i < block.samples.size(); i += block.channels) {
+    const int sum = block.channels == 1 ? block.samples[i] : (block.samples[i] + block.samples[i + 1]) / 2;
+    impl_->pending.push_back(static_cast<std::int16_t>(sum));
+  }
+  std::size_t used = 0;
+  for (; used + kChunk <= impl_->pending.size(); used += kChunk) {
+    std::array<std::int16_t, kChunk> chunk{};
+    std::copy_n(impl_->pending.begin() + static_cast<std::ptrdiff_t>(used), kChunk, chunk.begin());
+    if (auto phrase = impl_->listen(chunk)) heard.push_back(std::move(*phrase));
+  }
+  impl_->pending.erase(impl_->pending.begin(), impl_->pending.begin() + static_cast<std::ptrdiff_t>(used));
+  return heard;
+}
+
+std::vector<HeardPhrase> SpeechCore::flush() {
+  std::vector<HeardPhrase> heard;
+  if (!impl_->speaking) return heard;
+  // at a cut there was no end silence to subtract
+  impl_->speech_s += impl_->settings.end_silence_s;
+  if (auto phrase = impl_->finish(impl_->now_s)) heard.push_back(std::move(*phrase));
+  return heard;
+}
+
+bool SpeechCore::in_speech() const { return impl_->speaking; }
+
+}  // namespace nido

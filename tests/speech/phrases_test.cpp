@@ -1,0 +1,136 @@
+#include "nido/speech/phrases.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <map>
+#include <set>
+#include <sstream>
+
+namespace nido {
+namespace {
+
+PhraseBook shipped() {
+  auto book = PhraseBook::load(NIDO_PHRASES);
+  EXPECT_TRUE(book.ok()) << (book.ok() ? "" : book.error().message);
+  return book.ok() ? *book : PhraseBook{};
+}
+
+std::string load_error(const std::string& content) {
+  const auto path = std::filesystem::path(testing::TempDir()) / "phrases_test.yaml";
+  std::ofstream(path) << content;
+  const auto book = PhraseBook::load(path.string());
+  return book.ok() ? "" : book.error().message;
+}
+
+constexpr const char* kHead = "objects:\n  - {name: red ball, colour: red, shape: ball}\n";
+constexpr const char* kWords = "pronunciations:\n  red: [R EH D]\n  ball: [B AO L]\n";
+
+TEST(Phrases, ShippedFileHoldsTheTwentyEightOfTheExperiment) {
+  const PhraseBook book = shipped();
+  EXPECT_EQ(book.phrases.size(), 28U);
+  EXPECT_EQ(book.objects.size(), 7U);
+  std::set<std::pair<Verb, std::size_t>> pairs;
+  for (const auto& phrase : book.phrases) {
+    pairs.insert({phrase.verb, phrase.object_index});
+    EXPECT_NE(phrase.text.find(book.object_of(phrase).name), std::string::npos) << phrase.text;
+  }
+  EXPECT_EQ(pairs.size(), 28U);
+  ASSERT_TRUE(book.find("drop blue cube into basket"));
+  EXPECT_EQ(book.phrases[*book.find("drop blue cube into basket")].verb, Verb::kDrop);
+  EXPECT_FALSE(book.find("drop blue cube"));
+}
+
+TEST(Phrases, MissingFileIsNotFound) {
+  const auto book = PhraseBook::load("/nowhere/phrases.yaml");
+  ASSERT_FALSE(book.ok());
+  EXPECT_EQ(book.error().code, ErrorCode::kNotFound);
+  EXPECT_NE(book.error().message.find("/nowhere/phrases.yaml"), std::string::npos);
+}
+
+TEST(Phrases, FaultsAreNamedWithTheirLine) {
+  const std::string good =
+      std::string(kHead) + "phrases:\n  - {text: red ball, verb: look, object: red ball}\n" + kWords;
+  EXPECT_EQ(load_error(good), "");
+  EXPECT_NE(load_error(std::string(kHead) + "phrases:\n  - {text: red ball, verb: eat, object: red ball}\n" +
+                       kWords)
+                .find(":4: unknown verb 'eat'; allowed are look, reach, grasp, drop"),
+            std::string::npos);
+  EXPECT_NE(load_error(std::string(kHead) + "phrases:\n  - {text: red ball, verb: look, object: red cat}\n" +
+                       kWords)
+                .find(":4: the object 'red cat'"),
+            std::string::npos);
+  EXPECT_NE(load_error(std::string(kHead) + "phrases:\n  - {text: red cat, verb: look, object: red ball}\n" +
+                       kWords)
+                .find("the word 'cat' has no entry"),
+            std::string::npos);
+  EXPECT_NE(load_error(good + "colours: [red]\n").find("unknown section 'colours'"), std::string::npos);
+  EXPECT_NE(load_error(std::string(kHead) + "phrases:\n  - {text: red ball, verb: look}\n" + kWords)
+                .find("the key 'object' is missing"),
+            std::string::npos);
+  EXPECT_NE(load_error(std::string(kHead) +
+                       "phrases:\n  - {text: red ball, verb: look, object: red ball}\n"
+                       "  - {text: red  ball, verb: look, object: red ball}\n" +
+                       kWords)
+                .find("comes twice"),
+            std::string::npos);
+  EXPECT_NE(load_error("objects: [").find("phrases_test.yaml:"), std::string::npos);
+}
+
+// Reads the model back: for every history the probabilities of all words must sum to one.
+TEST(LanguageModel, EveryHistoryIsAProbabilityDistribution) {
+  std::istringstream stream(arpa_trigram(shipped()));
+  std::map<std::vector<std::string>, std::pair<double, double>> grams;  // log10 p, log10 back-off
+  std::size_t order = 0;
+  for (std::string line; std::getline(stream, line);) {
+    if (line.ends_with("-grams:")) {
+      order = static_cast<std::size_t>(line[1] - '0');
+      continue;
+    }
+    const auto words = split_words(line);
+    if (order == 0 || words.size() <= order || line.starts_with("\\")) continue;
+    const std::vector<std::string> gram(words.begin() + 1,
+                                        words.begin() + 1 + static_cast<std::ptrdiff_t>(order));
+    grams[gram] = {std::stod(words[0]), words.size() > order + 1 ? std::stod(words.back()) : 0.0};
+  }
+  const std::function<double(std::vector<std::string>)> probability =
+      [&](std::vector<std::string> gram) -> double {
+    if (const auto found = grams.find(gram); found != grams.end()) return std::pow(10.0, found->second.first);
+    const std::vector<std::string> history(gram.begin(), gram.end() - 1);
+    const auto weight = grams.find(history);
+    gram.erase(gram.begin());
+    return (weight == grams.end() ? 1.0 : std::pow(10.0, weight->second.second)) * probability(gram);
+  };
+  std::vector<std::string> vocabulary;
+  for (const auto& [gram, values] : grams) {
+    if (gram.size() == 1 && gram[0] != "<s>") vocabulary.push_back(gram[0]);
+  }
+  EXPECT_EQ(vocabulary.size(), 13U);  // 12 words and the end of the sentence
+  std::size_t histories = 0;
+  for (const auto& [history, values] : grams) {
+    if (history.size() > 2 || history.back() == "</s>") continue;
+    double sum = 0.0;
+    for (const auto& word : vocabulary) {
+      auto gram = history;
+      gram.push_back(word);
+      sum += probability(gram);
+    }
+    EXPECT_NEAR(sum, 1.0, 2e-3) << history.front() << ' ' << history.back();
+    ++histories;
+  }
+  EXPECT_GT(histories, 30U);
+}
+
+TEST(Grammar, HasEveryPhraseOnce) {
+  const PhraseBook book = shipped();
+  const std::string grammar = jsgf_grammar(book);
+  for (const auto& phrase : book.phrases) {
+    EXPECT_NE(grammar.find(" " + phrase.text + "\n"), std::string::npos);
+  }
+}
+
+}  // namespace
+}  // namespace nido

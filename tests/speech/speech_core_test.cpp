@@ -1,0 +1,236 @@
+#include "nido/speech/speech_core.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "nido/speech/voice.h"
+
+namespace nido {
+namespace {
+
+class SpeechCoreTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    auto book = PhraseBook::load(NIDO_PHRASES);
+    ASSERT_TRUE(book.ok()) << book.error().message;
+    book_ = *book;
+    sut_ = make();
+    ASSERT_NE(sut_, nullptr);
+  }
+
+  std::unique_ptr<SpeechCore> make() {
+    auto core = SpeechCore::create(book_, {});
+    EXPECT_TRUE(core.ok()) << (core.ok() ? "" : core.error().message);
+    return core.ok() ? std::move(core).value() : nullptr;
+  }
+
+  std::vector<HeardPhrase> hear(SpeechCore& core, const std::vector<std::int16_t>& samples,
+                                std::size_t block = 1600) {
+    std::vector<HeardPhrase> all;
+    for (std::size_t i = 0; i < samples.size(); i += block) {
+      AudioBlock audio;
+      audio.start_s = now_s_ + static_cast<double>(i) / kSpeechRate_hz;
+      audio.samples.assign(
+          samples.begin() + static_cast<std::ptrdiff_t>(i),
+          samples.begin() + static_cast<std::ptrdiff_t>(std::min(samples.size(), i + block)));
+      auto heard = core.feed(audio);
+      EXPECT_TRUE(heard.ok()) << (heard.ok() ? "" : heard.error().message);
+      if (heard.ok()) all.insert(all.end(), heard->begin(), heard->end());
+    }
+    now_s_ += static_cast<double>(samples.size()) / kSpeechRate_hz;
+    return all;
+  }
+
+  std::vector<HeardPhrase> say(const std::string& sentence, const Voice& voice = {}) {
+    const auto samples = speak(sentence, voice, 0.3, 0.8);
+    EXPECT_TRUE(samples.ok()) << (samples.ok() ? "" : samples.error().message);
+    return samples.ok() ? hear(*sut_, *samples) : std::vector<HeardPhrase>{};
+  }
+
+  PhraseBook book_;
+  std::unique_ptr<SpeechCore> sut_;
+  double now_s_ = 0.0;
+};
+
+TEST_F(SpeechCoreTest, HearsEveryPhraseOfTheDefaultVoice) {
+  for (const auto& phrase : book_.phrases) {
+    const auto heard = say(phrase.text);
+    ASSERT_EQ(heard.size(), 1U) << phrase.text;
+    EXPECT_TRUE(heard[0].accepted) << phrase.text << ": " << heard[0].reason;
+    EXPECT_EQ(heard[0].text, phrase.text);
+    EXPECT_GT(heard[0].confidence, 0.05);
+    EXPECT_LE(heard[0].confidence, 1.0);
+    EXPECT_TRUE(heard[0].reason.empty());
+  }
+}
+
+TEST_F(SpeechCoreTest, HearsMostPhrasesOfOtherVoicesAndSpeeds) {
+  int right = 0;
+  int wrong = 0;
+  int said = 0;
+  for (const Voice& voice : {Voice{"en-us+f3", 150, 50}, Voice{"en-gb", 150, 50}, Voice{"en-us", 175, 50}}) {
+    for (const auto& phrase : book_.phrases) {
+      for (const auto& heard : say(phrase.text, voice)) {
+        right += heard.text == phrase.text ? 1 : 0;
+        wrong += heard.accepted && heard.text != phrase.text ? 1 : 0;
+      }
+      ++said;
+    }
+  }
+  RecordProperty("right", right);
+  RecordProperty("wrong", wrong);
+  EXPECT_GE(right, said * 9 / 10);
+  EXPECT_LE(wrong, said / 20);
+}
+
+TEST_F(SpeechCoreTest, RejectsOtherSpeechAndSaysWhy) {
+  for (const char* sentence :
+       {"hello robot how are you", "one two three four five", "seven eight nine", "the weather is nice today",
+        "put the cube on the table", "go forward ten meters"}) {
+    const auto heard = say(sentence);
+    ASSERT_FALSE(heard.empty()) << sentence;
+    for (const auto& utterance : heard) {
+      EXPECT_FALSE(utterance.accepted) << sentence << " was taken for " << utterance.text;
+      EXPECT_TRUE(utterance.text.empty());
+      EXPECT_TRUE(utterance.reason.starts_with("no such phrase: ")) << utterance.reason;
+    }
+  }
+}
+
+TEST_F(SpeechCoreTest, SaysWhenTheSpeechEnded) {
+  const auto samples = speak("grasp red ball", {}, 1.0, 0.8);
+  ASSERT_TRUE(samples.ok());
+  const auto heard = hear(*sut_, *samples);
+  ASSERT_EQ(heard.size(), 1U);
+  const double end_s = static_cast<double>(samples->size()) / kSpeechRate_hz - 0.8;
+  EXPECT_NEAR(heard[0].end_s, end_s, 0.25);
+}
+
+TEST_F(SpeechCoreTest, AnswersDoNotDependOnTheLengthOfTheBlocks) {
+  const auto samples = speak("drop teddy bear into basket", {}, 0.3, 0.8);
+  ASSERT_TRUE(samples.ok());
+  const auto whole = hear(*sut_, *samples, samples->size());
+  now_s_ = 0.0;
+  const auto other = make();
+  ASSERT_NE(other, nullptr);
+  const auto ragged = hear(*other, *samples, 157);
+  ASSERT_EQ(whole.size(), 1U);
+  ASSERT_EQ(ragged.size(), 1U);
+  EXPECT_EQ(whole[0].text, ragged[0].text);
+  EXPECT_EQ(whole[0].confidence, ragged[0].confidence);
+  EXPECT_NEAR(whole[0].end_s, ragged[0].end_s, 1e-6);
+}
+
+TEST_F(SpeechCoreTest, SilenceAndNoiseGiveNothing) {
+  EXPECT_TRUE(hear(*sut_, std::vector<std::int16_t>(16000 * 5, 0)).empty());
+  EXPECT_TRUE(sut_->flush().empty());
+  for (const double amplitude : {50.0, 500.0, 3000.0}) {
+    const auto fresh = make();
+    now_s_ = 0.0;
+    std::mt19937 generator(7);
+    std::vector<std::int16_t> noise(16000 * 6);
+    for (auto& sample : noise) {
+      const double uniform = static_cast<double>(generator()) / 4294967296.0 - 0.5;
+      sample = static_cast<std::int16_t>(2.0 * amplitude * uniform);
+    }
+    for (const auto& heard : hear(*fresh, noise)) {
+      ADD_FAILURE() << "noise of amplitude " << amplitude << " gave '" << heard.text << "' " << heard.reason;
+    }
+  }
+}
+
+TEST_F(SpeechCoreTest, AGapInTimeEndsTheUtterance) {
+  const auto samples = speak("red ball", {}, 0.3, 0.0);
+  ASSERT_TRUE(samples.ok());
+  EXPECT_TRUE(hear(*sut_, *samples).empty());
+  EXPECT_TRUE(sut_->in_speech());
+  now_s_ += 5.0;
+  const auto heard = hear(*sut_, std::vector<std::int16_t>(1600, 0));
+  EXPECT_EQ(heard.size(), 1U);
+  EXPECT_FALSE(sut_->in_speech());
+}
+
+TEST_F(SpeechCoreTest, EndlessSpeechIsCutAndRejected) {
+  const auto samples = speak(
+      "once there was a robot that went out to look for a teddy bear and on its way it met a man who asked "
+      "it "
+      "where it would go and it said that it would go to the sea and then back home again before the night",
+      {});
+  ASSERT_TRUE(samples.ok());
+  const auto heard = hear(*sut_, *samples);
+  ASSERT_FALSE(heard.empty());
+  EXPECT_FALSE(heard[0].accepted);
+  EXPECT_NE(heard[0].reason.find("without a pause"), std::string::npos) << heard[0].reason;
+}
+
+TEST_F(SpeechCoreTest, BrokenAudioIsRefusedAndChangesNothing) {
+  const std::vector<std::int16_t> some(1601, 1000);
+  for (const AudioBlock& block :
+       {AudioBlock{0.0, 44100, 1, some}, AudioBlock{0.0, 0, 1, some}, AudioBlock{0.0, 16000, 0, some},
+        AudioBlock{0.0, 16000, 6, some}, AudioBlock{0.0, 16000, 2, some},
+        AudioBlock{std::numeric_limits<double>::quiet_NaN(), 16000, 1, some}}) {
+    const auto result = sut_->feed(block);
+    ASSERT_FALSE(result.ok());
+    EXPECT_EQ(result.error().code, ErrorCode::kInvalidArgument);
+  }
+  const auto refused = sut_->feed({0.0, 44100, 1, some});
+  ASSERT_FALSE(refused.ok());
+  EXPECT_NE(refused.error().message.find("44100"), std::string::npos);
+  EXPECT_NE(refused.error().message.find("16000"), std::string::npos);
+  const auto heard = say("green cube");
+  ASSERT_EQ(heard.size(), 1U);
+  EXPECT_EQ(heard[0].text, "green cube");
+}
+
+TEST_F(SpeechCoreTest, TakesStereo) {
+  const auto samples = speak("reach teddy bear", {}, 0.3, 0.8);
+  ASSERT_TRUE(samples.ok());
+  AudioBlock block;
+  block.channels = 2;
+  for (const std::int16_t sample : *samples) {
+    block.samples.push_back(sample);
+    block.samples.push_back(sample);
+  }
+  const auto heard = sut_->feed(block);
+  ASSERT_TRUE(heard.ok());
+  ASSERT_EQ(heard->size(), 1U);
+  EXPECT_EQ((*heard)[0].text, "reach teddy bear");
+}
+
+TEST_F(SpeechCoreTest, MissingModelIsASentence) {
+  SpeechSettings settings;
+  settings.acoustic_model = "/nowhere/model";
+  const auto core = SpeechCore::create(book_, settings);
+  ASSERT_FALSE(core.ok());
+  EXPECT_EQ(core.error().code, ErrorCode::kNotFound);
+  EXPECT_NE(core.error().message.find("/nowhere/model"), std::string::npos);
+  settings = {};
+  settings.end_silence_s = -1.0;
+  EXPECT_EQ(SpeechCore::create(book_, settings).error().code, ErrorCode::kInvalidArgument);
+}
+
+TEST(Voice, ResamplingKeepsAToneAndItsLevel) {
+  std::vector<float> tone(22050);
+  for (std::size_t i = 0; i < tone.size(); ++i) {
+    tone[i] =
+        static_cast<float>(0.5 * std::sin(2.0 * 3.14159265358979 * 440.0 * static_cast<double>(i) / 22050.0));
+  }
+  const auto result = resample(tone, 22050.0, 16000.0);
+  ASSERT_EQ(result.size(), 16000U);
+  for (std::size_t i = 100; i < 15900; ++i) {
+    const double expected = 0.5 * std::sin(2.0 * 3.14159265358979 * 440.0 * static_cast<double>(i) / 16000.0);
+    ASSERT_NEAR(result[i], expected, 2e-3) << i;
+  }
+}
+
+TEST(Voice, UnknownVoiceIsASentence) {
+  const auto samples = speak("red ball", {"qqq", 150, 50});
+  ASSERT_FALSE(samples.ok());
+  EXPECT_NE(samples.error().message.find("qqq"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace nido
