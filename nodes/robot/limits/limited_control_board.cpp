@@ -1,0 +1,318 @@
+#include "limits/limited_control_board.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "nido/interfaces/check_joints.h"
+
+namespace nido {
+namespace {
+
+// a speed towards a limit may at most cover the rest of the way in this time
+constexpr double kBrakingTime_s = 0.05;
+// nearer to a limit than this, nothing pushes further out
+constexpr double kEdge_rad = 0.005;
+
+constexpr std::array kStreamed = {ControlMode::kDirect, ControlMode::kVelocity, ControlMode::kTorque,
+                                  ControlMode::kPwm};
+
+std::size_t at(int joint) { return static_cast<std::size_t>(joint); }
+
+bool is_streamed(ControlMode mode) {
+  return std::find(kStreamed.begin(), kStreamed.end(), mode) != kStreamed.end();
+}
+
+bool is_in_order(const JointLimits& limits) {
+  return std::isfinite(limits.min_rad) && std::isfinite(limits.max_rad) && limits.min_rad <= limits.max_rad &&
+         std::isfinite(limits.max_velocity_rad_s) && limits.max_velocity_rad_s > 0 &&
+         std::isfinite(limits.max_torque_Nm) && limits.max_torque_Nm >= 0;
+}
+
+double clamp_command(ControlMode mode, const JointLimits& limits, double value) {
+  switch (mode) {
+    case ControlMode::kVelocity:
+      return std::clamp(value, -limits.max_velocity_rad_s, limits.max_velocity_rad_s);
+    case ControlMode::kTorque:
+      return std::clamp(value, -limits.max_torque_Nm, limits.max_torque_Nm);
+    case ControlMode::kPwm:
+      return std::clamp(value, -1.0, 1.0);
+    default:
+      return std::clamp(value, limits.min_rad, limits.max_rad);
+  }
+}
+
+}  // namespace
+
+Result<std::unique_ptr<LimitedControlBoard>> LimitedControlBoard::create(IControlBoard& device,
+                                                                         const IClock& clock,
+                                                                         LimitOptions options) {
+  Result<std::vector<JointLimits>> told = device.limits();
+  if (!told) return told.error();
+  std::vector<JointLimits> limits = std::move(*told);
+  if (limits.size() != at(device.axes())) {
+    return Error{ErrorCode::kInvalidArgument,
+                 fmt::format("{}: the device tells limits of {} joints but has {}", options.part,
+                             limits.size(), device.axes())};
+  }
+  if (!options.narrower.empty() && options.narrower.size() != limits.size()) {
+    return Error{ErrorCode::kInvalidArgument,
+                 fmt::format("{}: narrower limits for {} joints, expected {}", options.part,
+                             options.narrower.size(), limits.size())};
+  }
+  for (std::size_t i = 0; i < limits.size(); ++i) {
+    if (!options.narrower.empty()) {
+      const JointLimits& narrower = options.narrower[i];
+      limits[i] = {std::max(limits[i].min_rad, narrower.min_rad),
+                   std::min(limits[i].max_rad, narrower.max_rad),
+                   std::min(limits[i].max_velocity_rad_s, narrower.max_velocity_rad_s),
+                   std::min(limits[i].max_torque_Nm, narrower.max_torque_Nm)};
+    }
+    if (!is_in_order(limits[i])) {
+      return Error{ErrorCode::kInvalidArgument,
+                   fmt::format("{}: limits of joint {} are out of order: {}..{} rad, {} rad/s, {} N m",
+                               options.part, i, limits[i].min_rad, limits[i].max_rad,
+                               limits[i].max_velocity_rad_s, limits[i].max_torque_Nm)};
+    }
+  }
+  return std::unique_ptr<LimitedControlBoard>(
+      new LimitedControlBoard(device, clock, std::move(options), std::move(limits)));
+}
+
+LimitedControlBoard::LimitedControlBoard(IControlBoard& device, const IClock& clock, LimitOptions options,
+                                         std::vector<JointLimits> limits)
+    : device_(device),
+      clock_(clock),
+      options_(std::move(options)),
+      limits_(std::move(limits)),
+      streams_(limits_.size()),
+      stepped_ns_(clock.now_ns()) {}
+
+double LimitedControlBoard::allowed(const Stream& stream, const JointLimits& limits, double position_rad,
+                                    double dt_s) const {
+  switch (stream.mode) {
+    case ControlMode::kDirect: {
+      const double reach_rad = limits.max_velocity_rad_s * dt_s;
+      return stream.sent + std::clamp(stream.wanted - stream.sent, -reach_rad, reach_rad);
+    }
+    case ControlMode::kVelocity: {
+      const double up_rad_s = std::max(0.0, limits.max_rad - position_rad) / kBrakingTime_s;
+      const double down_rad_s = std::max(0.0, position_rad - limits.min_rad) / kBrakingTime_s;
+      return std::clamp(stream.wanted, -down_rad_s, up_rad_s);
+    }
+    default: {
+      const bool pushes_out = (stream.wanted > 0 && position_rad > limits.max_rad - kEdge_rad) ||
+                              (stream.wanted < 0 && position_rad < limits.min_rad + kEdge_rad);
+      return pushes_out ? 0.0 : stream.wanted;
+    }
+  }
+}
+
+Status LimitedControlBoard::send(ControlMode mode, std::span<const int> joints,
+                                 std::span<const double> values) {
+  switch (mode) {
+    case ControlMode::kDirect:
+      return device_.set_positions(joints, values);
+    case ControlMode::kVelocity:
+      return device_.set_velocities(joints, values);
+    case ControlMode::kTorque:
+      return device_.set_torques(joints, values);
+    case ControlMode::kPwm:
+      return device_.set_duty_cycles(joints, values);
+    default:
+      return device_.move_to(joints, values);
+  }
+}
+
+Status LimitedControlBoard::stream(ControlMode mode, std::span<const int> joints,
+                                   std::span<const double> values) {
+  const std::lock_guard lock(mutex_);
+  if (Status valid = check_joint_values(axes(), joints, values); !valid) return valid;
+  if (joints.empty()) return {};
+  const Result<JointReading> reading = device_.read_joints();
+  if (!reading) return reading.error();
+  std::vector<Stream> next = streams_;
+  std::vector<double> now_sent;
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    const std::size_t j = at(joints[i]);
+    Stream& entry = next[j];
+    if (entry.mode != mode) {
+      entry.mode = mode;
+      entry.sent = std::clamp(reading->position_rad[j], limits_[j].min_rad, limits_[j].max_rad);
+    }
+    entry.wanted = clamp_command(mode, limits_[j], values[i]);
+    entry.renewed_ns = clock_.now_ns();
+    // a direct target moves on in step_to only, by as much as a control period allows
+    entry.sent = allowed(entry, limits_[j], reading->position_rad[j], 0.0);
+    now_sent.push_back(entry.sent);
+  }
+  if (Status sent = send(mode, joints, now_sent); !sent) return sent;
+  streams_ = std::move(next);
+  return {};
+}
+
+Status LimitedControlBoard::step_to(std::int64_t now_ns) {
+  const std::lock_guard lock(mutex_);
+  const double dt_s = static_cast<double>(now_ns - stepped_ns_) * 1e-9;
+  stepped_ns_ = now_ns;
+  if (std::all_of(streams_.begin(), streams_.end(), [](const Stream& s) { return !is_streamed(s.mode); }))
+    return {};
+  const Result<JointReading> reading = device_.read_joints();
+  if (!reading) return reading.error();
+  for (const ControlMode mode : kStreamed) {
+    std::vector<int> joints;
+    std::vector<double> values;
+    std::vector<int> to_hold;
+    for (int joint = 0; joint < axes(); ++joint) {
+      Stream& entry = streams_[at(joint)];
+      if (entry.mode != mode) continue;
+      const bool late = now_ns - entry.renewed_ns > options_.command_timeout_ns;
+      if (late && mode == ControlMode::kDirect && entry.wanted != entry.sent) {
+        entry.wanted = entry.sent;
+        report(joint, "target");
+      } else if (late && mode == ControlMode::kVelocity && entry.wanted != 0) {
+        entry.wanted = 0;
+        report(joint, "speed");
+      } else if (late && (mode == ControlMode::kTorque || mode == ControlMode::kPwm)) {
+        to_hold.push_back(joint);
+        report(joint, mode == ControlMode::kTorque ? "torque" : "duty cycle");
+        continue;
+      }
+      const double value =
+          allowed(entry, limits_[at(joint)], reading->position_rad[at(joint)], std::max(dt_s, 0.0));
+      if (value == entry.sent) continue;
+      entry.sent = value;
+      joints.push_back(joint);
+      values.push_back(value);
+    }
+    if (joints.empty() && to_hold.empty()) continue;
+    const Status sent = send(mode, joints, values);
+    if (!sent && sent.error().code != ErrorCode::kFailed) return sent;
+    // a joint that broke down meanwhile must not keep the others from what is theirs
+    for (std::size_t i = 0; !sent && i < joints.size(); ++i) {
+      if (!send(mode, {&joints[i], 1}, {&values[i], 1})) streams_[at(joints[i])] = Stream{};
+    }
+    for (const int joint : to_hold) {
+      const int one[] = {joint};
+      if (const Status held = device_.stop(one); !held && held.error().code != ErrorCode::kFailed)
+        return held;
+    }
+    forget(to_hold);
+  }
+  return {};
+}
+
+void LimitedControlBoard::forget(std::span<const int> joints) {
+  for (const int joint : joints) streams_[at(joint)] = Stream{};
+}
+
+void LimitedControlBoard::report(int joint, const std::string& what) const {
+  if (!options_.report) return;
+  options_.report(fmt::format("{} joint {}: no new {} for {} ms, stopped", options_.part, joint, what,
+                              options_.command_timeout_ns / 1'000'000));
+}
+
+int LimitedControlBoard::axes() const { return static_cast<int>(limits_.size()); }
+Result<std::string> LimitedControlBoard::axis_name(int joint) const { return device_.axis_name(joint); }
+Result<JointReading> LimitedControlBoard::read_joints() const { return device_.read_joints(); }
+Result<std::vector<JointLimits>> LimitedControlBoard::limits() const { return limits_; }
+Result<std::vector<ControlMode>> LimitedControlBoard::control_modes() const {
+  return device_.control_modes();
+}
+Result<std::vector<double>> LimitedControlBoard::target_positions() const {
+  return device_.target_positions();
+}
+Result<std::vector<double>> LimitedControlBoard::reference_speeds() const {
+  return device_.reference_speeds();
+}
+Result<std::vector<double>> LimitedControlBoard::reference_accelerations() const {
+  return device_.reference_accelerations();
+}
+Result<std::vector<bool>> LimitedControlBoard::motion_done() const { return device_.motion_done(); }
+
+Status LimitedControlBoard::set_control_mode(std::span<const int> joints, ControlMode mode) {
+  const std::lock_guard lock(mutex_);
+  if (Status set = device_.set_control_mode(joints, mode); !set) return set;
+  const Result<JointReading> reading = device_.read_joints();
+  if (!reading) return reading.error();
+  for (const int joint : joints) {
+    Stream& entry = streams_[at(joint)];
+    entry = {};
+    if (!is_streamed(mode)) continue;
+    entry.mode = mode;
+    entry.renewed_ns = clock_.now_ns();
+    if (mode == ControlMode::kDirect) entry.wanted = entry.sent = reading->position_rad[at(joint)];
+  }
+  return {};
+}
+
+Status LimitedControlBoard::move_to(std::span<const int> joints, std::span<const double> target_rad) {
+  const std::lock_guard lock(mutex_);
+  if (Status valid = check_joint_values(axes(), joints, target_rad); !valid) return valid;
+  std::vector<double> clamped(target_rad.begin(), target_rad.end());
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    clamped[i] = clamp_command(ControlMode::kPosition, limits_[at(joints[i])], clamped[i]);
+  }
+  if (Status sent = device_.move_to(joints, clamped); !sent) return sent;
+  forget(joints);
+  return {};
+}
+
+Status LimitedControlBoard::set_reference_speeds(std::span<const int> joints,
+                                                 std::span<const double> speed_rad_s) {
+  if (Status valid = check_joint_magnitudes(axes(), joints, speed_rad_s); !valid) return valid;
+  std::vector<double> clamped(speed_rad_s.begin(), speed_rad_s.end());
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    clamped[i] = std::min(clamped[i], limits_[at(joints[i])].max_velocity_rad_s);
+  }
+  return device_.set_reference_speeds(joints, clamped);
+}
+
+Status LimitedControlBoard::set_reference_accelerations(std::span<const int> joints,
+                                                        std::span<const double> acceleration_rad_s2) {
+  if (Status valid = check_joint_magnitudes(axes(), joints, acceleration_rad_s2); !valid) return valid;
+  return device_.set_reference_accelerations(joints, acceleration_rad_s2);
+}
+
+Status LimitedControlBoard::stop(std::span<const int> joints) {
+  const std::lock_guard lock(mutex_);
+  if (Status stopped = device_.stop(joints); !stopped) return stopped;
+  forget(joints);
+  return {};
+}
+
+Status LimitedControlBoard::set_positions(std::span<const int> joints, std::span<const double> target_rad) {
+  return stream(ControlMode::kDirect, joints, target_rad);
+}
+Status LimitedControlBoard::set_velocities(std::span<const int> joints,
+                                           std::span<const double> velocity_rad_s) {
+  return stream(ControlMode::kVelocity, joints, velocity_rad_s);
+}
+Status LimitedControlBoard::set_torques(std::span<const int> joints, std::span<const double> torque_Nm) {
+  return stream(ControlMode::kTorque, joints, torque_Nm);
+}
+Status LimitedControlBoard::set_duty_cycles(std::span<const int> joints, std::span<const double> duty_cycle) {
+  return stream(ControlMode::kPwm, joints, duty_cycle);
+}
+
+std::vector<std::string> describe_limits(const std::string& part, const IControlBoard& board) {
+  constexpr double kDegree = 180.0 / std::numbers::pi;
+  std::vector<std::string> lines;
+  const Result<std::vector<JointLimits>> limits = board.limits();
+  if (!limits) return {fmt::format("{}: {}", part, limits.error().message)};
+  for (int joint = 0; joint < board.axes(); ++joint) {
+    const JointLimits& joint_limits = (*limits)[at(joint)];
+    const Result<std::string> name = board.axis_name(joint);
+    lines.push_back(fmt::format("{} {} {}: {:.1f}..{:.1f} deg, {:.0f} deg/s, {:.3g} N m", part, joint,
+                                name ? *name : "?", joint_limits.min_rad * kDegree,
+                                joint_limits.max_rad * kDegree, joint_limits.max_velocity_rad_s * kDegree,
+                                joint_limits.max_torque_Nm));
+  }
+  return lines;
+}
+
+}  // namespace nido

@@ -1,0 +1,95 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "nido/interfaces/clock.h"
+#include "nido/interfaces/control_board.h"
+#include "nido/interfaces/device.h"
+
+namespace nido {
+
+struct LimitOptions {
+  std::string part;                               // of the messages: "left_arm"
+  std::int64_t command_timeout_ns = 100'000'000;  // age at which a streamed command ends
+  std::vector<JointLimits> narrower;  // (axes) or empty: only what is narrower than the device's counts
+  std::function<void(const std::string&)> report;  // told in a sentence when a joint is stopped; may be empty
+};
+
+// The one layer below every client of a board, the same for all families of devices: whatever is commanded,
+// - wrong sizes, wrong indices and values that are not finite are refused, with no change;
+// - positions, speeds, torques and duty cycles are clamped to the limits in force;
+// - a direct target is walked up to with the velocity limit, and ends where it is when not renewed in time;
+// - a speed is lowered on the way to a position limit, and ends when not renewed in time;
+// - a torque or duty cycle that pushes out of the position limits is dropped, and one not renewed in time is
+// replaced by
+//   holding the position (mode position).
+// Call step_to() once a control period, after the commands and before the device's own step. Thread-safe.
+class LimitedControlBoard final : public IControlBoard, public ISteppable {
+ public:
+  // `device` and `clock` must outlive the layer. Fails when the device tells no limits or limits that are out
+  // of order.
+  static Result<std::unique_ptr<LimitedControlBoard>> create(IControlBoard& device, const IClock& clock,
+                                                             LimitOptions options);
+
+  // Renews what the streaming modes command and stops what is out of date. Fails when the device cannot be
+  // read or commanded at all.
+  Status step_to(std::int64_t now_ns) override;
+
+  [[nodiscard]] int axes() const override;
+  [[nodiscard]] Result<std::string> axis_name(int joint) const override;
+  [[nodiscard]] Result<JointReading> read_joints() const override;
+  [[nodiscard]] Result<std::vector<JointLimits>> limits() const override;
+  [[nodiscard]] Result<std::vector<ControlMode>> control_modes() const override;
+  Status set_control_mode(std::span<const int> joints, ControlMode mode) override;
+  Status move_to(std::span<const int> joints, std::span<const double> target_rad) override;
+  [[nodiscard]] Result<std::vector<double>> target_positions() const override;
+  Status set_reference_speeds(std::span<const int> joints, std::span<const double> speed_rad_s) override;
+  [[nodiscard]] Result<std::vector<double>> reference_speeds() const override;
+  Status set_reference_accelerations(std::span<const int> joints,
+                                     std::span<const double> acceleration_rad_s2) override;
+  [[nodiscard]] Result<std::vector<double>> reference_accelerations() const override;
+  [[nodiscard]] Result<std::vector<bool>> motion_done() const override;
+  Status stop(std::span<const int> joints) override;
+  Status set_positions(std::span<const int> joints, std::span<const double> target_rad) override;
+  Status set_velocities(std::span<const int> joints, std::span<const double> velocity_rad_s) override;
+  Status set_torques(std::span<const int> joints, std::span<const double> torque_Nm) override;
+  Status set_duty_cycles(std::span<const int> joints, std::span<const double> duty_cycle) override;
+
+ private:
+  // What a joint is being streamed; mode position means that nothing is.
+  struct Stream {
+    ControlMode mode = ControlMode::kPosition;
+    double wanted = 0;            // last command, clamped
+    double sent = 0;              // what the device got last
+    std::int64_t renewed_ns = 0;  // when the last command came
+  };
+  LimitedControlBoard(IControlBoard& device, const IClock& clock, LimitOptions options,
+                      std::vector<JointLimits> limits);
+  Status stream(ControlMode mode, std::span<const int> joints, std::span<const double> values);
+  // What may be sent now of what is wanted.
+  [[nodiscard]] double allowed(const Stream& stream, const JointLimits& limits, double position_rad,
+                               double dt_s) const;
+  Status send(ControlMode mode, std::span<const int> joints, std::span<const double> values);
+  // Ends the streams of joints that were given over to another mode.
+  void forget(std::span<const int> joints);
+  void report(int joint, const std::string& what) const;
+
+  IControlBoard& device_;
+  const IClock& clock_;
+  const LimitOptions options_;
+  const std::vector<JointLimits> limits_;
+  mutable std::mutex mutex_;
+  std::vector<Stream> streams_;
+  std::int64_t stepped_ns_ = 0;
+};
+
+// One line a joint: what is in force, for the log at the start. "left_arm 3 l_elbow: 15.0..106.0 deg, 100
+// deg/s, 20 N m"
+[[nodiscard]] std::vector<std::string> describe_limits(const std::string& part, const IControlBoard& board);
+
+}  // namespace nido

@@ -1,0 +1,119 @@
+#pragma once
+
+// The contracts of camera and touch, run unchanged against every family and against each through the network.
+// Include it in one file of a test program and instantiate the suites with factories of rigs.
+
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <memory>
+
+#include "nido/interfaces/camera.h"
+#include "nido/interfaces/touch.h"
+
+namespace nido::test {
+
+class CameraRig {
+ public:
+  virtual ~CameraRig() = default;
+  virtual ICamera& camera() = 0;
+  // Lets 10 ms of the robot's time pass.
+  virtual void advance() = 0;
+};
+using CameraRigFactory = std::function<std::unique_ptr<CameraRig>()>;
+
+class CameraContract : public testing::TestWithParam<CameraRigFactory> {
+ protected:
+  void SetUp() override {
+    rig_ = GetParam()();
+    for (int period = 0; period < 200 && !(grab() && rig_->camera().info()); ++period) rig_->advance();
+    const Status grabbed = grab();
+    ASSERT_TRUE(grabbed.ok()) << grabbed.error().message;
+  }
+  Status grab() { return rig_->camera().grab(image_); }
+
+  std::unique_ptr<CameraRig> rig_;
+  Image image_;
+};
+
+TEST_P(CameraContract, PictureAndInfoAgree) {
+  const CameraInfo info = *rig_->camera().info();
+  EXPECT_GT(info.width, 0);
+  EXPECT_GT(info.height, 0);
+  EXPECT_EQ(image_.width, info.width);
+  EXPECT_EQ(image_.height, info.height);
+  EXPECT_EQ(image_.rgb.size(), static_cast<std::size_t>(info.width * info.height * 3));
+}
+
+TEST_P(CameraContract, TheLensLooksThroughThePicture) {
+  const CameraInfo info = *rig_->camera().info();
+  EXPECT_GT(info.fx_px, 0);
+  EXPECT_GT(info.fy_px, 0);
+  EXPECT_GT(info.cx_px, 0);
+  EXPECT_LT(info.cx_px, info.width);
+  EXPECT_GT(info.cy_px, 0);
+  EXPECT_LT(info.cy_px, info.height);
+}
+
+TEST_P(CameraContract, ThePictureShowsSomething) {
+  bool differs = false;
+  for (const std::uint8_t value : image_.rgb) differs = differs || value != image_.rgb.front();
+  EXPECT_TRUE(differs);
+}
+
+TEST_P(CameraContract, PicturesFollowTime) {
+  const std::int64_t first_ns = image_.stamp_ns;
+  for (int period = 0; period < 20; ++period) rig_->advance();
+  ASSERT_TRUE(grab().ok());
+  EXPECT_GT(image_.stamp_ns, first_ns);
+}
+
+class TouchRig {
+ public:
+  virtual ~TouchRig() = default;
+  virtual ITouch& touch() = 0;
+  virtual void advance() = 0;
+  // Makes something touch a pad, and takes it away again; false if this rig cannot.
+  virtual bool press(int pad, bool pressed) = 0;
+};
+using TouchRigFactory = std::function<std::unique_ptr<TouchRig>()>;
+
+class TouchContract : public testing::TestWithParam<TouchRigFactory> {
+ protected:
+  void SetUp() override {
+    rig_ = GetParam()();
+    for (int period = 0; period < 200 && !rig_->touch().read_touch(); ++period) rig_->advance();
+    ASSERT_TRUE(rig_->touch().read_touch().ok()) << rig_->touch().read_touch().error().message;
+  }
+  bool eventually_on(int pad, bool on) {
+    for (int period = 0; period < 200; ++period) {
+      if (rig_->touch().read_touch()->on.at(static_cast<std::size_t>(pad)) == on) return true;
+      rig_->advance();
+    }
+    return false;
+  }
+  std::unique_ptr<TouchRig> rig_;
+};
+
+TEST_P(TouchContract, EveryPadHasAValue) {
+  const TouchReading reading = *rig_->touch().read_touch();
+  EXPECT_EQ(rig_->touch().pads(), 6);
+  EXPECT_EQ(reading.on.size(), 6U);
+  ASSERT_EQ(reading.force_N.size(), 6U);
+  for (std::size_t pad = 0; pad < 6; ++pad) {
+    EXPECT_GE(reading.force_N[pad], 0);
+    EXPECT_EQ(reading.on[pad], reading.force_N[pad] > 0) << pad;
+  }
+}
+
+TEST_P(TouchContract, FeelsWhatTouchesAndNothingElse) {
+  EXPECT_TRUE(eventually_on(5, false));
+  if (!rig_->press(5, true)) GTEST_SKIP() << "nothing can be put on this pad";
+  EXPECT_TRUE(eventually_on(5, true));
+  EXPECT_GT(rig_->touch().read_touch()->force_N.at(5), 0);
+  EXPECT_FALSE(rig_->touch().read_touch()->on.at(0));
+  ASSERT_TRUE(rig_->press(5, false));
+  EXPECT_TRUE(eventually_on(5, false));
+}
+
+}  // namespace nido::test
