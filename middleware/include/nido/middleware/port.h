@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "nido/interfaces/result.h"
+#include "nido/middleware/time.h"
 
 namespace nido {
 
@@ -27,6 +28,15 @@ struct ConnectionCounters {
   std::uint64_t lost = 0;      // messages that the source wrote and this port never got
 };
 
+// A message with what is known of its journey.
+template <class T>
+struct Received {
+  T message;
+  std::string source;          // name of the output port
+  Time source_time;            // when it was written: wall clock of the writer's computer
+  std::uint64_t sequence = 0;  // 1 for the first message that the source wrote
+};
+
 // A port that publishes messages of type T. Made by Node::open_output. Not thread-safe: one thread writes.
 template <class T>
 class Output {
@@ -36,19 +46,31 @@ class Output {
   virtual Status write(const T& message) = 0;
   // Number of input ports that are connected now.
   [[nodiscard]] virtual std::size_t reader_count() const = 0;
+  // Waits until at least `count` input ports are connected; false if that did not happen within timeout_s of
+  // wall time.
+  virtual bool wait_for_readers(std::size_t count, double timeout_s) = 0;
   [[nodiscard]] virtual const std::string& name() const = 0;
 };
 
 // A port that takes messages of type T from any number of outputs. Made by Node::open_input.
-// Messages arrive on a middleware thread and are kept here until they are taken: all functions are thread-safe.
+// Messages arrive on a middleware thread and are kept here until they are taken: all functions are
+// thread-safe.
 template <class T>
 class Input {
  public:
   virtual ~Input() = default;
   // Removes and returns the oldest kept message; nothing if there is none.
   virtual std::optional<T> take() = 0;
+  // The same with source, time and sequence number.
+  virtual std::optional<Received<T>> take_received() = 0;
   // Removes all kept messages and returns the newest; nothing if there is none.
   virtual std::optional<T> take_latest() = 0;
+  // Waits until a message is kept here; false if none came within timeout_s of wall time. Not for nodes in
+  // lockstep.
+  virtual bool wait_for_message(double timeout_s) = 0;
+  // Waits until at least `count` sources are connected and exist; false if not so within timeout_s of wall
+  // time.
+  virtual bool wait_for_sources(std::size_t count, double timeout_s) = 0;
   // Connects to an output by name, now or as soon as it appears. Connecting twice is no error.
   virtual Status connect(const std::string& output_name) = 0;
   virtual Status disconnect(const std::string& output_name) = 0;
