@@ -1,0 +1,33 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+
+#include "nido/interfaces/camera.h"
+#include "nido/simulator/devices/simulated_robot.h"
+
+namespace nido::sim {
+
+// A camera of the simulated robot, in an eye or fixed in the world. An ideal pinhole. Draws when it is asked
+// for a picture, at most once for each moment. Thread-safe.
+class SimulatedCamera final : public ICamera {
+ public:
+  // The camera of an eye; only its optics are taken from `optics`, the pose follows the eye.
+  static Result<std::unique_ptr<SimulatedCamera>> create(std::shared_ptr<SimulatedRobot> robot, Eye eye,
+                                                         const Camera& optics);
+  // A camera that stays where it is.
+  static Result<std::unique_ptr<SimulatedCamera>> create_fixed(std::shared_ptr<SimulatedRobot> robot,
+                                                               const Camera& camera);
+
+  Status grab(Image& image) override;
+  [[nodiscard]] Result<CameraInfo> info() const override;
+
+ private:
+  SimulatedCamera(std::shared_ptr<SimulatedRobot> robot, std::optional<Eye> eye, const Camera& camera);
+
+  std::shared_ptr<SimulatedRobot> robot_;
+  std::optional<Eye> eye_;
+  Camera camera_;
+};
+
+}  // namespace nido::sim

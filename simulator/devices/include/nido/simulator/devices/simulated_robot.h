@@ -1,0 +1,73 @@
+#pragma once
+
+#include <atomic>
+#include <condition_variable>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+
+#include "nido/interfaces/clock.h"
+#include "nido/interfaces/device.h"
+#include "nido/simulator/render/renderer.h"
+#include "nido/simulator/simulation.h"
+
+namespace nido::sim {
+
+// A lock that serves in the order of asking, so that a simulation at full speed does not keep clients
+// waiting. Meets the standard's requirements on a mutex.
+class FairMutex {
+ public:
+  void lock() {
+    std::unique_lock guard(guard_);
+    const std::uint64_t ticket = next_ticket_++;
+    turn_.wait(guard, [&] { return ticket == now_serving_; });
+  }
+  void unlock() {
+    {
+      const std::lock_guard guard(guard_);
+      ++now_serving_;
+    }
+    turn_.notify_all();
+  }
+
+ private:
+  std::mutex guard_;
+  std::condition_variable turn_;
+  std::uint64_t next_ticket_ = 0;
+  std::uint64_t now_serving_ = 0;
+};
+
+// One simulation and one renderer, shared by the devices of a simulated robot, and the clock of that robot.
+// Devices hold it by shared_ptr and lock it for every call, so that they may be used from any thread.
+class SimulatedRobot final : public ISteppable, public IClock {
+ public:
+  // Fails as Simulation::create and Renderer::create do.
+  static Result<std::shared_ptr<SimulatedRobot>> create(const SimulationOptions& simulation,
+                                                        const RenderOptions& rendering);
+
+  // Steps by whole control periods until the robot's time is at least now_ns. Time goes on from where it was
+  // when the world is reset.
+  Status step_to(std::int64_t now_ns) override;
+  [[nodiscard]] std::int64_t now_ns() const override { return now_ns_.load(); }
+
+  // Hold this lock while the references below are used.
+  [[nodiscard]] FairMutex& mutex() const { return mutex_; }
+  [[nodiscard]] Simulation& simulation() { return *simulation_; }
+  [[nodiscard]] const Simulation& simulation() const { return *simulation_; }
+  // A picture of the scene as it is now.
+  Status render(const Camera& camera, RgbImage& picture);
+  // Tells that the scene changed other than by a step: the world port made or moved something.
+  void scene_changed() { scene_is_current_ = false; }
+
+ private:
+  SimulatedRobot(std::unique_ptr<Simulation> simulation, Renderer renderer);
+
+  mutable FairMutex mutex_;
+  std::unique_ptr<Simulation> simulation_;
+  Renderer renderer_;
+  SceneSnapshot scene_;
+  bool scene_is_current_ = false;  // the renderer has the scene of this moment
+  std::atomic<std::int64_t> now_ns_{0};
+};
+
+}  // namespace nido::sim

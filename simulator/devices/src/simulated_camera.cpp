@@ -1,0 +1,44 @@
+#include "nido/simulator/devices/simulated_camera.h"
+
+#include <mutex>
+#include <utility>
+
+namespace nido::sim {
+
+Result<std::unique_ptr<SimulatedCamera>> SimulatedCamera::create(std::shared_ptr<SimulatedRobot> robot,
+                                                                 Eye eye, const Camera& optics) {
+  if (Status valid = optics.check(); !valid) return valid.error();
+  return std::unique_ptr<SimulatedCamera>(new SimulatedCamera(std::move(robot), eye, optics));
+}
+
+Result<std::unique_ptr<SimulatedCamera>> SimulatedCamera::create_fixed(std::shared_ptr<SimulatedRobot> robot,
+                                                                       const Camera& camera) {
+  if (Status valid = camera.check(); !valid) return valid.error();
+  return std::unique_ptr<SimulatedCamera>(new SimulatedCamera(std::move(robot), std::nullopt, camera));
+}
+
+SimulatedCamera::SimulatedCamera(std::shared_ptr<SimulatedRobot> robot, std::optional<Eye> eye,
+                                 const Camera& camera)
+    : robot_(std::move(robot)), eye_(eye), camera_(camera) {}
+
+Status SimulatedCamera::grab(Image& image) {
+  const std::lock_guard lock(robot_->mutex());
+  Camera camera = camera_;
+  if (eye_) camera.X_WorldCamera = robot_->simulation().X_WorldCamera(*eye_);
+  // the caller's storage is drawn into, and comes back also when drawing fails
+  RgbImage picture{image.width, image.height, std::move(image.rgb)};
+  const Status drawn = robot_->render(camera, picture);
+  image.rgb = std::move(picture.rgb);
+  if (!drawn) return drawn;
+  image.width = picture.width;
+  image.height = picture.height;
+  image.stamp_ns = robot_->now_ns();
+  return {};
+}
+
+Result<CameraInfo> SimulatedCamera::info() const {
+  return CameraInfo{
+      camera_.width, camera_.height, camera_.fx_px, camera_.fy_px, camera_.cx_px, camera_.cy_px, {}};
+}
+
+}  // namespace nido::sim

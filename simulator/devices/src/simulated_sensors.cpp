@@ -1,0 +1,49 @@
+#include "nido/simulator/devices/simulated_sensors.h"
+
+#include <mutex>
+#include <utility>
+
+namespace nido::sim {
+
+Result<TouchReading> SimulatedTouch::read_touch() const {
+  const std::lock_guard lock(robot_->mutex());
+  const HandTouch& touch = robot_->simulation().touch(hand_);
+  TouchReading reading;
+  reading.stamp_ns = robot_->now_ns();
+  reading.on.assign(touch.on.begin(), touch.on.end());
+  reading.force_N.assign(touch.force_N.begin(), touch.force_N.end());
+  return reading;
+}
+
+std::string SimulatedWorld::command(const std::string& line) {
+  const std::lock_guard lock(robot_->mutex());
+  std::string answer = robot_->simulation().world(line);
+  robot_->scene_changed();
+  return answer;
+}
+
+Result<std::unique_ptr<SimulatedForceTorque>> SimulatedForceTorque::create(
+    std::shared_ptr<SimulatedRobot> robot, const std::string& limb) {
+  {
+    const std::lock_guard lock(robot->mutex());
+    const Result<Simulation::Wrench> first = robot->simulation().force_torque(limb);
+    if (!first) return first.error();
+  }
+  return std::unique_ptr<SimulatedForceTorque>(new SimulatedForceTorque(std::move(robot), limb));
+}
+
+Result<WrenchReading> SimulatedForceTorque::read_wrench() const {
+  const std::lock_guard lock(robot_->mutex());
+  const Result<Simulation::Wrench> wrench = robot_->simulation().force_torque(limb_);
+  if (!wrench) return wrench.error();
+  return WrenchReading{robot_->now_ns(), wrench->force_N, wrench->torque_Nm};
+}
+
+Result<InertialReading> SimulatedInertial::read_inertial() const {
+  const std::lock_guard lock(robot_->mutex());
+  const Simulation::Inertial inertial = robot_->simulation().inertial();
+  return InertialReading{robot_->now_ns(), inertial.q_WorldSensor, inertial.acceleration_m_s2,
+                         inertial.angular_velocity_rad_s};
+}
+
+}  // namespace nido::sim
