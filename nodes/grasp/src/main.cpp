@@ -1,0 +1,117 @@
+// The grasping process: docs/grasp.md.
+#include <cmath>
+#include <memory>
+#include <optional>
+
+#include "nido/grasp/policies.h"
+#include "nido/grasp/settings.h"
+#include "nido/middleware/node.h"
+#include "nido/middleware/typed_port.h"
+#include "nido/msgs/types.h"
+
+namespace {
+
+using namespace nido;         // NOLINT(google-build-using-namespace): a program's own file
+using namespace nido::grasp;  // NOLINT(google-build-using-namespace)
+
+constexpr double kStatusPeriod_s = 0.2;
+
+msgs::Header header_at(Time now) {
+  msgs::Header header;
+  header.stamp().sec(static_cast<std::int32_t>(now.ns / 1'000'000'000));
+  header.stamp().nanosec(static_cast<std::uint32_t>(now.ns % 1'000'000'000));
+  return header;
+}
+
+msgs::JointCommand command_of(const FingerPosture& posture, Time now) {
+  msgs::JointCommand command;
+  command.header(header_at(now));
+  command.mode("direct");
+  command.joint().push_back(kSpreadJoint);
+  command.value().push_back(posture.spread_rad);
+  for (std::size_t i = 0; i < kFingerCount; ++i) {
+    command.joint().push_back(kFingerJoint[i]);
+    command.value().push_back(posture.joint_rad[i]);
+  }
+  return command;
+}
+
+msgs::ActionStatus status_message(const GraspStatus& status, Time now) {
+  msgs::ActionStatus message;
+  message.header(header_at(now));
+  message.id(status.id);
+  message.action(status.action);
+  message.state(status.state);
+  message.reason(status.reason);
+  return message;
+}
+
+std::string parameter(const Node& node, const std::string& key, const std::string& fallback) {
+  const YAML::Node value = node.options().parameters[key];
+  return value ? value.as<std::string>() : fallback;
+}
+
+Status run(Node& node) {
+  const std::string side = parameter(node, "side", "right");
+  auto options_result =
+      load_grasp_options(parameter(node, "urdf", "config/robots/icub.urdf"),
+                         parameter(node, "postures", "config/robots/grasp_postures.yaml"), side);
+  if (!options_result) return options_result.error();
+  auto network_result = load_grasp_network(parameter(node, "weights", "config/weights/grasp.txt"));
+  if (!network_result) return network_result.error();
+  GraspCore core(*options_result, learned_policy(*network_result));
+
+  auto goal_in = node.open_input<msgs::ActionGoal>("/grasp/goal:i", Profile::kEvent);
+  if (!goal_in) return goal_in.error();
+  auto touch_in = node.open_input<msgs::Touch>("/grasp/touch:i", Profile::kSensor);
+  if (!touch_in) return touch_in.error();
+  auto arm_in = node.open_input<msgs::JointState>("/grasp/arm:i", Profile::kState);
+  if (!arm_in) return arm_in.error();
+  auto command_out = node.open_output<msgs::JointCommand>("/grasp/command:o", Profile::kCommand);
+  if (!command_out) return command_out.error();
+  auto status_out = node.open_output<msgs::ActionStatus>("/grasp/status:o", Profile::kEvent);
+  if (!status_out) return status_out.error();
+  node.set_ready();
+
+  GraspInputs inputs;
+  bool arm_known = false;
+  std::optional<Time> last;
+  GraspStatus last_status;
+  Time last_status_time;
+  return node.run([&](Time now) -> Status {
+    if (auto state = (*arm_in)->take_latest(); state && state->position().size() == 16) {
+      inputs.measured = fingers_of_arm(state->position());
+      arm_known = true;
+    }
+    if (auto touch = (*touch_in)->take_latest(); touch && touch->on().size() == kPadCount) {
+      for (std::size_t i = 0; i < kPadCount; ++i) inputs.touch[i] = touch->on()[i];
+    }
+    const double dt_s = last ? (now.ns - last->ns) * 1e-9 : node.options().period_s;
+    last = now;
+    // without knowing where the fingers are nothing is commanded; goals wait
+    if (!arm_known) return {};
+    inputs.goal.reset();
+    if (auto goal = (*goal_in)->take()) {
+      inputs.goal = GraspGoal{goal->id(), goal->action(), goal->object()};
+      node.log_info(goal->action() + " " + goal->object());
+    }
+    const GraspOutputs out = core.step(dt_s, inputs);
+    if (out.active) {
+      if (auto sent = (*command_out)->write(command_of(out.target, now)); !sent) return sent;
+    }
+    if (out.status) {
+      last_status = *out.status;
+      if (last_status.state == "failed") node.log_warning(last_status.action + ": " + last_status.reason);
+    }
+    // repeated now and then, so that a listener that came late knows too
+    if (out.status || (last_status.id != 0 && (now.ns - last_status_time.ns) * 1e-9 >= kStatusPeriod_s)) {
+      last_status_time = now;
+      if (auto sent = (*status_out)->write(status_message(last_status, now)); !sent) return sent;
+    }
+    return {};
+  });
+}
+
+}  // namespace
+
+int main(int argc, char** argv) { return nido::node_main(argc, argv, "grasp", run); }
