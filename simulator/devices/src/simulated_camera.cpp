@@ -25,13 +25,7 @@ Status SimulatedCamera::grab(Image& image) {
   const std::lock_guard lock(robot_->mutex());
   Camera camera = camera_;
   if (eye_) camera.X_WorldCamera = robot_->simulation().X_WorldCamera(*eye_);
-  // the caller's storage is drawn into, and comes back also when drawing fails
-  RgbImage picture{image.width, image.height, std::move(image.rgb)};
-  const Status drawn = robot_->render(camera, picture);
-  image.rgb = std::move(picture.rgb);
-  if (!drawn) return drawn;
-  image.width = picture.width;
-  image.height = picture.height;
+  if (Status drawn = robot_->render(camera, image); !drawn) return drawn;
   image.stamp_ns = robot_->now_ns();
   return {};
 }

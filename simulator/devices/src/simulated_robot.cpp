@@ -31,7 +31,7 @@ Status SimulatedRobot::step_to(std::int64_t now_ns) {
   return {};
 }
 
-Status SimulatedRobot::render(const Camera& camera, RgbImage& picture) {
+Status SimulatedRobot::render(const Camera& camera, Image& picture) {
   if (!scene_is_current_) {
     simulation_->scene(scene_);
     if (Status set = renderer_.setScene(scene_); !set) return set;

@@ -55,7 +55,7 @@ class SimulatedRobot final : public ISteppable, public IClock {
   [[nodiscard]] Simulation& simulation() { return *simulation_; }
   [[nodiscard]] const Simulation& simulation() const { return *simulation_; }
   // A picture of the scene as it is now.
-  Status render(const Camera& camera, RgbImage& picture);
+  Status render(const Camera& camera, Image& picture);
   // Tells that the scene changed other than by a step: the world port made or moved something.
   void scene_changed() { scene_is_current_ = false; }
 
