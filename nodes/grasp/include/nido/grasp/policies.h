@@ -21,9 +21,9 @@ Result<learning::JordanNetwork> load_grasp_network(const std::string& path);
 class GraspLearner {
  public:
   struct Options {
-    double rate = 2.0;            // of the reward-penalty rule
-    double penalty_ratio = 0.02;  // lambda
-    int draws = 3;                // a joint position is the mean of so many on/off draws
+    double rate = 8.0;           // of the reward-penalty rule
+    double penalty_ratio = 0.1;  // lambda
+    int draws = 1;               // a joint position is the mean of so many on/off draws
   };
   GraspLearner(Options options, std::uint64_t seed);
 
