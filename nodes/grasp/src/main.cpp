@@ -57,9 +57,22 @@ Status run(Node& node) {
       load_grasp_options(parameter(node, "urdf", "config/robots/icub.urdf"),
                          parameter(node, "postures", "config/robots/grasp_postures.yaml"), side);
   if (!options_result) return options_result.error();
-  auto network_result = load_grasp_network(parameter(node, "weights", "config/weights/grasp.txt"));
-  if (!network_result) return network_result.error();
-  GraspCore core(*options_result, learned_policy(*network_result));
+  // mode "act" uses what was learned; mode "learn" learns online from rewards and saves after each of them
+  const std::string mode = parameter(node, "mode", "act");
+  std::unique_ptr<GraspLearner> learner;
+  GraspCore::Policy policy;
+  if (mode == "learn") {
+    learner = std::make_unique<GraspLearner>(GraspLearner::Options{}, node.options().seed);
+    policy = learner->policy();
+  } else if (mode == "act") {
+    auto network_result = load_grasp_network(parameter(node, "weights", "config/weights/grasp.txt"));
+    if (!network_result) return network_result.error();
+    policy = learned_policy(*network_result);
+  } else {
+    return Error{ErrorCode::kInvalidArgument,
+                 "parameter mode is \"" + mode + "\"; allowed are act and learn"};
+  }
+  GraspCore core(*options_result, policy);
 
   auto goal_in = node.open_input<msgs::ActionGoal>("/grasp/goal:i", Profile::kEvent);
   if (!goal_in) return goal_in.error();
@@ -67,6 +80,12 @@ Status run(Node& node) {
   if (!touch_in) return touch_in.error();
   auto arm_in = node.open_input<msgs::JointState>("/grasp/arm:i", Profile::kState);
   if (!arm_in) return arm_in.error();
+  std::unique_ptr<Input<msgs::Reward>> reward_in;
+  if (learner) {
+    auto reward_result = node.open_input<msgs::Reward>("/grasp/reward:i", Profile::kEvent);
+    if (!reward_result) return reward_result.error();
+    reward_in = std::move(*reward_result);
+  }
   auto command_out = node.open_output<msgs::JointCommand>("/grasp/command:o", Profile::kCommand);
   if (!command_out) return command_out.error();
   auto status_out = node.open_output<msgs::ActionStatus>("/grasp/status:o", Profile::kEvent);
@@ -88,6 +107,15 @@ Status run(Node& node) {
     }
     const double dt_s = last ? (now.ns - last->ns) * 1e-9 : node.options().period_s;
     last = now;
+    if (learner) {
+      if (auto reward = reward_in->take()) {
+        learner->reward(reward->value());
+        learning::WeightsFile file;
+        file.command = "nido experiment run grasp-learning --seed " + std::to_string(node.options().seed);
+        learner->network().write_to(file, "grasp");
+        if (auto saved = file.save(parameter(node, "save", "grasp.txt")); !saved) return saved;
+      }
+    }
     // without knowing where the fingers are nothing is commanded; goals wait
     if (!arm_known) return {};
     inputs.goal.reset();

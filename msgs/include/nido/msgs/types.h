@@ -39,6 +39,7 @@
   X(nido_msgs, msg, ActionGoal)           \
   X(nido_msgs, msg, ActionStatus)         \
   X(nido_msgs, msg, StageEvent)           \
+  X(nido_msgs, msg, Reward)               \
   X(nido_msgs, msg, Log)                  \
   X(nido_msgs, msg, ConnectionInfo)       \
   X(nido_msgs, msg, PortInfo)             \
