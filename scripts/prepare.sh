@@ -62,7 +62,7 @@ run_ninja() {
   memory_kb=$(sed -n 's/^MemAvailable: *\([0-9]*\) kB/\1/p' /proc/meminfo 2>/dev/null) || memory_kb=
   if [ -n "$memory_kb" ] && [ $((memory_kb / 1000000)) -lt "$jobs" ]; then jobs=$((memory_kb / 1000000)); fi
   [ "$jobs" -ge 1 ] || jobs=1
-  local started=$SECONDS
+  local started=$SECONDS status=0
   NINJA_STATUS='[%f/%t] ' ninja -C "$build" -j "$jobs" "$@" 2>&1 | tee "$log" | while IFS= read -r line; do
     if [[ $line =~ ^\[([0-9]+)/([0-9]+)\] ]]; then
       if [ -t 2 ]; then
@@ -74,8 +74,7 @@ run_ninja() {
         fi
       fi
     fi
-  done
-  local status=${PIPESTATUS[0]}
+  done || status=$?
   if [ -t 2 ] && grep -q '^\[' "$log"; then printf '\r%60s\r' '' >&2; fi
   if [ "$status" -ne 0 ]; then
     sed -n '/^FAILED:/,$p' "$log" | head -n 60 >&2

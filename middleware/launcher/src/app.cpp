@@ -83,10 +83,9 @@ AppProcess read_process(const YAML::Node& node) {
 }
 
 // Processes in an order in which each comes after those it depends on; the order of the file otherwise.
-Status order_processes(App& app) {
+Status order_processes(App& app, const YAML::Node& list) {
   std::vector<std::string> names;
   for (const auto& process : app.processes) names.push_back(process.name);
-  const YAML::Node list = app.document["processes"];
   for (std::size_t i = 0; i < app.processes.size(); ++i) {
     const YAML::Node items = list[i]["depends_on"];
     for (const auto& item : items) {
@@ -233,10 +232,13 @@ Result<App> load_app(const std::string& file, const std::vector<Override>& optio
   if (top["outcome"]) app.outcome = top["outcome"].as<std::string>();
 
   int owners = 0;
-  for (const auto& item : top["processes"]) {
+  // the document as it was read knows its lines
+  const YAML::Node& read_document = document;
+  for (std::size_t i = 0; i < top["processes"].size(); ++i) {
+    const YAML::Node item = top["processes"][i];
     app.processes.push_back(read_process(item));
     if (app.processes.back().clock == "owner" && ++owners > 1) {
-      return at(file, item,
+      return at(file, read_document["processes"][i],
                 fmt::format("process '{}' is a second owner of the clock; there can be one",
                             app.processes.back().name));
     }
@@ -245,11 +247,11 @@ Result<App> load_app(const std::string& file, const std::vector<Override>& optio
     }
   }
   if (app.processes.empty())
-    return at(file, top["processes"], "'processes' is empty: there is nothing to start");
+    return at(file, read_document["processes"], "'processes' is empty: there is nothing to start");
   for (const auto& item : top["connections"]) {
     app.connections.emplace_back(item["out"].as<std::string>(), item["in"].as<std::string>());
   }
-  if (auto status = order_processes(app); !status) return status.error();
+  if (auto status = order_processes(app, read_document["processes"]); !status) return status.error();
   return app;
 }
 

@@ -33,9 +33,9 @@ struct Field {
   std::string key{};
   ValueKind kind = ValueKind::kText;
   bool required = false;
-  std::string fallback{};             // YAML text of the default; empty: the key stays absent
-  std::string meaning{};              // for people
-  std::vector<std::string> allowed{}; // kText: the words that may stand here; empty: any text
+  std::string fallback{};              // YAML text of the default; empty: the key stays absent
+  std::string meaning{};               // for people
+  std::vector<std::string> allowed{};  // kText: the words that may stand here; empty: any text
   double min = -std::numeric_limits<double>::infinity();  // kInteger, kNumber
   double max = std::numeric_limits<double>::infinity();   // kInteger, kNumber
   const Schema* inner = nullptr;                          // kMap, kList
