@@ -41,9 +41,10 @@ Status point_latest_to(const fs::path& out, const fs::path& target) {
   return {};
 }
 
-std::string owner_domain_clock(const App& app, const AppProcess& process) {
+// The owner of the clock drives it with Node::publish_clock, which in lockstep waits for the others.
+std::string clock_of(const App& app, const AppProcess& process) {
   if (process.clock == "lockstep") return app.lockstep ? "lockstep" : "simulated";
-  if (process.clock == "owner") return "wall";
+  if (process.clock == "owner") return app.lockstep ? "lockstep" : "wall";
   return process.clock;
 }
 
@@ -124,7 +125,7 @@ Result<fs::path> write_node_file(const App& app, const AppProcess& process, cons
   YAML::Node node;
   node["name"] = process.name;
   node["domain"] = settings.domain;
-  node["clock"] = owner_domain_clock(app, process);
+  node["clock"] = clock_of(app, process);
   node["period_s"] = process.period_s;
   node["seed"] = app.seed;
   node["parameters"] = fill_references(process.parameters, values);
