@@ -120,10 +120,10 @@ Outcome<std::vector<double>> numbers(const Values& values, double unit) {
 }
 
 Outcome<ControlMode> mode_of(const TextValue& value) {
-  for (const auto& [text, mode] : kModeWords) {
-    if (value.is_word(text)) return mode;
-  }
-  return unknown("a mode is one of idl, pos, posd, vel, torq, ipwm");
+  const std::optional<ControlMode> mode =
+      value.text() != nullptr ? mode_from_word(*value.text()) : std::nullopt;
+  if (!mode) return unknown("a mode is one of idl, pos, posd, vel, torq, ipwm");
+  return *mode;
 }
 
 // -- get
@@ -212,7 +212,26 @@ Outcome<Values> get_limits(const IControlBoard& board, const Values& line, std::
   return Values{{-joint.max_torque_Nm}, {joint.max_torque_Nm}};
 }
 
+// name, limits and greatest torque of all joints in one answer
+Outcome<Values> get_info(const IControlBoard& board) {
+  const Result<std::vector<JointLimits>> limits = board.limits();
+  if (!limits) return refused(limits.error());
+  Values joints;
+  for (int joint = 0; joint < board.axes(); ++joint) {
+    Result<std::string> name = board.axis_name(joint);
+    if (!name) return refused(name.error());
+    const JointLimits& of_joint = (*limits)[static_cast<std::size_t>(joint)];
+    joints.push_back({Values{{TextValue::Word{std::move(*name), false}},
+                             {of_joint.min_rad / kDegree_rad},
+                             {of_joint.max_rad / kDegree_rad},
+                             {of_joint.max_velocity_rad_s / kDegree_rad},
+                             {of_joint.max_torque_Nm}}});
+  }
+  return Values{{std::move(joints)}};
+}
+
 Outcome<Values> get(const IControlBoard& board, const Values& line) {
+  if (line.size() == 2 && line[1].is_word("info")) return get_info(board);
   for (const Quantity& quantity : kQuantities) {
     if (line[1].is_word(quantity.one) || line[1].is_word(quantity.all))
       return get_quantity(board, quantity, line, 1);
@@ -370,9 +389,17 @@ std::string mode_word(ControlMode mode) {
   return "unkw";
 }
 
+std::optional<ControlMode> mode_from_word(std::string_view text) {
+  for (const auto& [known, mode] : kModeWords) {
+    if (known == text) return mode;
+  }
+  return std::nullopt;
+}
+
 const std::string& ControlBoardText::help() {
   static const std::string text =
-      "get axes | get encs|esps|eacs|poss|vels|accs|dons | get enc|esp|eac|pos|vel|acc|don J | get "
+      "get axes | get info | get encs|esps|eacs|poss|vels|accs|dons | get enc|esp|eac|pos|vel|acc|don J | "
+      "get "
       "llim|vlim|name|type J"
       " | get icmd cmod J | get icmd cmds | get torq trqs | get torq trq|rng J | get prot"
       " | set pos|rel|vel|acc|vmo|dpo J V | set poss|rels|vels|accs|vmos|dpos (V ...)"
@@ -395,7 +422,8 @@ std::string ControlBoardText::reply(const std::string& line) {
   Outcome<Values> outcome = is_get ? get(board_, words) : set(board_, words);
   if (auto* wrong = std::get_if<Refusal>(&outcome)) {
     constexpr std::size_t kQuoted = 80;  // characters of the line that are repeated
-    if (!wrong->understood) wrong->sentence = fmt::format("'{}': {}", line.substr(0, kQuoted), wrong->sentence);
+    if (!wrong->understood)
+      wrong->sentence = fmt::format("'{}': {}", line.substr(0, kQuoted), wrong->sentence);
     return refusal_text(*wrong);
   }
   if (is_set) return "[ok]";

@@ -2,7 +2,9 @@
 
 #include <atomic>
 #include <cstdint>
+#include <optional>
 #include <string>
+#include <string_view>
 
 #include "nido/interfaces/control_board.h"
 
@@ -35,5 +37,7 @@ class ControlBoardText {
 
 // The four letters of a mode on this side: idl, pos, posd, vel, torq, ipwm, hwfa.
 [[nodiscard]] std::string mode_word(ControlMode mode);
+// The inverse; nothing for any other word.
+[[nodiscard]] std::optional<ControlMode> mode_from_word(std::string_view word);
 
 }  // namespace nido
