@@ -1,0 +1,459 @@
+#include "nido/goal_selection/goal_selection_core.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <set>
+
+#include "nido/goal_selection/goal_training.h"
+
+namespace nido {
+namespace {
+
+// A table, eyes, an arm and fingers that do what is asked after a while, or fail as told. It stands for the
+// other processes and what they sense, so that the order of things can be tested without them.
+class FakeBody {
+ public:
+  struct Thing {
+    std::string name;
+    Eigen::Vector3d p;
+    Eigen::Vector3d size{0.05, 0.05, 0.05};
+  };
+
+  std::map<std::string, Thing> things;
+  std::set<std::string> hidden;           // seen only after a search
+  std::map<std::string, int> fail_reach;  // action -> how often it fails
+  std::map<std::string, int> fail_grasp;
+  std::string reach_reason = "the arm stopped";
+  int slips = 0;         // so many carries lose the object on the way
+  int empty_grasps = 0;  // so many closings report success with nothing in the hand, pads on the table
+  int misses = 0;        // so many releases fall beside the basket
+  bool mute = false;     // nobody answers
+
+  std::string held;
+  std::vector<std::string> asked;  // "reach pregrasp", "grasp open", "look object blue cube", ...
+  std::vector<ActionCommand> reach_commands;
+
+  FakeBody() {
+    put("blue cube", {-0.30, 0.10, -0.0576});
+    put("red ball", {-0.35, -0.05, -0.0526});
+    things["basket"] = {"basket", {-0.28, 0.25, -0.0526}, {0.18, 0.18, 0.06}};
+  }
+  void put(const std::string& name, const Eigen::Vector3d& p) { things[name] = {name, p}; }
+
+  GoalSelectionInputs sense(double now) {
+    GoalSelectionInputs in;
+    // eyes at 30 Hz or so
+    if (++tick_ % 3 == 0) {
+      std::vector<SeenObject> seen;
+      for (const auto& [name, thing] : things) {
+        if (hidden.contains(name)) continue;
+        SeenObject object;
+        object.name = name;
+        object.colour = name.substr(0, name.find(' '));
+        object.shape = name.substr(name.find(' ') + 1);
+        object.confidence = 0.9;
+        object.p_RootObject_m = thing.p;
+        object.size_m = thing.size;
+        seen.push_back(object);
+      }
+      in.objects = seen;
+    }
+    GazeState gaze;
+    gaze.mode = gaze_.mode;
+    gaze.target = gaze_.target;
+    const bool visible = things.contains(gaze_.target) && !hidden.contains(gaze_.target);
+    gaze.fixated = gaze_.mode == "object" && visible && now > gaze_since_ + 0.5;
+    gaze.search_done = gaze_.mode == "search" && now > gaze_since_ + 3.0;
+    if (gaze_.mode == "search" && now > gaze_since_ + 1.0) hidden.erase(gaze_.target);
+    in.gaze = gaze;
+    std::array<bool, 6> touch{};
+    touch[0] = touch[2] = !held.empty() || now < false_touch_until_;
+    in.touch_on = touch;
+    answer(now, reach_, in.reach);
+    answer(now, grasp_, in.grasp);
+    return in;
+  }
+
+  void act(double now, const GoalSelectionOutputs& out) {
+    for (const auto& gaze : out.gaze) {
+      gaze_ = gaze;
+      gaze_since_ = now;
+      asked.push_back("look " + gaze.mode + " " + gaze.target);
+    }
+    for (const auto& command : out.grasp) {
+      grasp_ = {command, now + 1.0, "", false};
+      asked.push_back("grasp " + command.action);
+      if (fail_grasp[command.action]-- > 0) grasp_.reason = "the fingers met nothing";
+    }
+    for (const auto& command : out.reach) {
+      reach_ = {command, now + 2.0, "", false};
+      reach_commands.push_back(command);
+      asked.push_back("reach " + command.action);
+      if (command.action == "carry" && slips-- > 0) {
+        things[held].p = {-0.36, 0.02, -0.0576};
+        held.clear();
+      }
+      if (fail_reach[command.action]-- > 0) reach_.reason = reach_reason;
+    }
+  }
+
+  [[nodiscard]] int count(const std::string& what) const {
+    return static_cast<int>(std::count(asked.begin(), asked.end(), what));
+  }
+
+ private:
+  struct Job {
+    ActionCommand command;
+    double ends = 0.0;
+    std::string reason;
+    bool over = true;
+  };
+
+  void answer(double now, Job& job, std::vector<ActionState>& states) {
+    if (mute || job.command.id == 0) return;
+    ActionState state;
+    state.id = job.command.id;
+    state.action = job.command.action;
+    state.error_m = 0.004;
+    state.state = "running";
+    if (now >= job.ends) {
+      state.state = job.reason.empty() ? "done" : "failed";
+      state.reason = job.reason;
+      if (!job.over) {
+        job.over = true;
+        if (job.reason.empty()) carry_out(job.command, now);
+      }
+    }
+    states.push_back(state);
+  }
+
+  void carry_out(const ActionCommand& command, double now) {
+    if (command.action == "grasp") {
+      if (empty_grasps-- > 0) {
+        false_touch_until_ = now + 10.0;
+      } else {
+        held = command.object;
+      }
+    } else if (command.action == "open") {
+      held.clear();
+      false_touch_until_ = 0.0;
+    } else if (command.action == "lift" && !held.empty()) {
+      things[held].p = command.p_RootTarget_m;
+    } else if (command.action == "carry") {
+      if (!held.empty()) {
+        things[held].p = command.p_RootTarget_m;
+      }
+    } else if (command.action == "release" && !held.empty()) {
+      things[held].p.z() = -0.05;
+      if (misses-- > 0) things[held].p.y() -= 0.2;
+      held.clear();
+    }
+  }
+
+  int tick_ = 0;
+  GazeCommand gaze_;
+  double gaze_since_ = 0.0;
+  double false_touch_until_ = 0.0;
+  Job reach_;
+  Job grasp_;
+};
+
+class GoalSelectionCoreTest : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    auto book = PhraseBook::load(NIDO_CONFIG "/phrases.yaml");
+    ASSERT_TRUE(book.ok());
+    book_ = new PhraseBook(*book);
+    network_ = new GoalNetwork(GoalCode(*book_), train_goal_network(GoalCode(*book_), {}).network);
+  }
+  static void TearDownTestSuite() {
+    delete network_;
+    delete book_;
+  }
+
+  void SetUp() override {
+    auto core = GoalSelectionCore::create(*book_, *network_, {});
+    ASSERT_TRUE(core.ok());
+    sut_.emplace(std::move(core).value());
+  }
+
+  // says a phrase (or nothing) and lets time pass until the job ends
+  void run(const std::string& text, double limit_s = 400.0) {
+    bool said = text.empty();
+    const double end = now_ + limit_s;
+    done_ = failed_ = false;
+    for (; now_ < end && !done_ && !failed_; now_ += 0.01) {
+      GoalSelectionInputs in = body_.sense(now_);
+      if (!said && ++quiet_ > 20) {
+        in.heard.push_back({text, 0.9, true, ""});
+        said = true;
+      }
+      step(in);
+    }
+  }
+
+  void step(const GoalSelectionInputs& in) {
+    const GoalSelectionOutputs out = sut_->step(now_, in);
+    for (const auto& line : out.stages) {
+      story_.push_back(line);
+      done_ = done_ || (line.stage == "idle" && line.state == "done");
+      failed_ = failed_ || (line.stage == "idle" && line.state == "failed");
+    }
+    body_.act(now_, out);
+  }
+
+  [[nodiscard]] std::vector<std::string> stages(const std::string& state) const {
+    std::vector<std::string> result;
+    for (const auto& line : story_) {
+      if (line.state == state) result.push_back(line.stage);
+    }
+    return result;
+  }
+  [[nodiscard]] std::string story() const {
+    std::string text;
+    for (const auto& line : story_) text += line.stage + " " + line.state + ": " + line.text + "\n";
+    return text;
+  }
+
+  static PhraseBook* book_;
+  static GoalNetwork* network_;
+  std::optional<GoalSelectionCore> sut_;
+  FakeBody body_;
+  double now_ = 0.0;
+  int quiet_ = 0;
+  bool done_ = false;
+  bool failed_ = false;
+  std::vector<StageLine> story_;
+};
+PhraseBook* GoalSelectionCoreTest::book_ = nullptr;
+GoalNetwork* GoalSelectionCoreTest::network_ = nullptr;
+
+using Stages = std::vector<std::string>;
+
+TEST_F(GoalSelectionCoreTest, WatchesItsHandAndStaysIdleWithoutAPhrase) {
+  run("", 10.0);
+  EXPECT_EQ(body_.asked, Stages{"look hand right"});
+  EXPECT_FALSE(done_ || failed_);
+}
+
+TEST_F(GoalSelectionCoreTest, DropIsTheSequenceOfTheExperiment) {
+  run("drop blue cube into basket");
+  EXPECT_TRUE(done_) << story();
+  EXPECT_EQ(stages("done"),
+            (Stages{"heard", "chosen", "seen", "reached", "grasped", "carried", "dropped", "idle"}))
+      << story();
+  EXPECT_TRUE(stages("failed").empty()) << story();
+  EXPECT_EQ(body_.asked,
+            (Stages{"look hand right", "look object blue cube", "grasp open", "reach pregrasp", "grasp grasp",
+                    "reach lift", "look object basket", "reach carry", "grasp release", "reach home"}))
+      << story();
+  EXPECT_NEAR(body_.things["blue cube"].p.x(), body_.things["basket"].p.x(), 1e-6);
+  EXPECT_NEAR(body_.things["blue cube"].p.y(), body_.things["basket"].p.y(), 1e-6);
+}
+
+TEST_F(GoalSelectionCoreTest, CarriesOverTheRimOfTheBasket) {
+  run("drop blue cube into basket");
+  for (const auto& command : body_.reach_commands) {
+    if (command.action == "lift") {
+      EXPECT_NEAR(command.p_RootTarget_m.z(), -0.0576 + 0.12, 1e-9);
+    }
+    if (command.action == "carry") {
+      EXPECT_NEAR(command.p_RootTarget_m.z(), -0.0526 + 0.03 + 0.10, 1e-9);
+    }
+  }
+}
+
+TEST_F(GoalSelectionCoreTest, ReachStaysAtTheObject) {
+  run("reach red ball");
+  EXPECT_TRUE(done_) << story();
+  EXPECT_EQ(stages("done"), (Stages{"heard", "chosen", "seen", "reached", "idle"})) << story();
+  EXPECT_EQ(body_.asked, (Stages{"look hand right", "look object red ball", "reach reach"}));
+  EXPECT_LT((body_.reach_commands[0].p_RootTarget_m - body_.things["red ball"].p).norm(), 1e-9);
+}
+
+TEST_F(GoalSelectionCoreTest, GraspHolds) {
+  run("grasp red ball");
+  EXPECT_TRUE(done_) << story();
+  EXPECT_EQ(body_.held, "red ball");
+  EXPECT_EQ(body_.count("grasp release") + body_.count("reach home"), 0);
+}
+
+TEST_F(GoalSelectionCoreTest, ANameAloneIsLookedAt) {
+  run("blue cube");
+  EXPECT_TRUE(done_) << story();
+  EXPECT_EQ(stages("done"), (Stages{"heard", "chosen", "seen", "idle"})) << story();
+  EXPECT_EQ(body_.asked, (Stages{"look hand right", "look object blue cube"}));
+}
+
+TEST_F(GoalSelectionCoreTest, NoSuchPhraseStaysIdleAndSaysWhy) {
+  GoalSelectionInputs in = body_.sense(now_);
+  in.heard.push_back({"", 0.0, false, "no such phrase: what was said sounds like none of those that I know"});
+  step(in);
+  EXPECT_TRUE(failed_);
+  ASSERT_FALSE(story_.empty());
+  EXPECT_NE(story_.back().text.find("I stay idle: no such phrase"), std::string::npos) << story();
+  EXPECT_EQ(body_.asked, Stages{"look hand right"});
+  // and it listens on
+  run("reach red ball");
+  EXPECT_TRUE(done_) << story();
+}
+
+TEST_F(GoalSelectionCoreTest, AnUnknownTextIsNoPhraseEither) {
+  run("eat blue cube");
+  EXPECT_TRUE(failed_);
+  EXPECT_EQ(body_.asked, Stages{"look hand right"});
+}
+
+TEST_F(GoalSelectionCoreTest, SearchesForWhatIsNotInView) {
+  body_.hidden = {"blue cube", "basket"};
+  run("drop blue cube into basket");
+  EXPECT_TRUE(done_) << story();
+  EXPECT_EQ(body_.count("look search blue cube"), 1);
+  EXPECT_EQ(body_.count("look search basket"), 1);
+}
+
+TEST_F(GoalSelectionCoreTest, MissingObjectIsLookedForAndReported) {
+  run("grasp teddy bear");
+  EXPECT_TRUE(failed_) << story();
+  EXPECT_EQ(stages("failed"), (Stages{"seen", "idle"}));
+  EXPECT_NE(story_.back().text.find("do not find the teddy bear"), std::string::npos) << story();
+  EXPECT_EQ(body_.count("look search teddy bear"), 1);
+  EXPECT_TRUE(body_.reach_commands.empty());
+}
+
+TEST_F(GoalSelectionCoreTest, MissingBasketIsReportedAndTheObjectKept) {
+  body_.things.erase("basket");
+  run("drop blue cube into basket");
+  EXPECT_TRUE(failed_) << story();
+  EXPECT_EQ(stages("failed"), (Stages{"carried", "idle"}));
+  EXPECT_EQ(body_.held, "blue cube");
+}
+
+TEST_F(GoalSelectionCoreTest, OutOfReachIsNotTriedTwice) {
+  body_.fail_reach["pregrasp"] = 99;
+  body_.reach_reason = "the blue cube is out of reach: it is 0.2 m too far.";
+  run("drop blue cube into basket");
+  EXPECT_TRUE(failed_) << story();
+  EXPECT_EQ(body_.count("reach pregrasp"), 1);
+  EXPECT_NE(story_.back().text.find("0.2 m too far"), std::string::npos) << story();
+}
+
+TEST_F(GoalSelectionCoreTest, AFailedGraspIsTriedAgain) {
+  body_.fail_grasp["grasp"] = 2;
+  run("drop blue cube into basket");
+  EXPECT_TRUE(done_) << story();
+  EXPECT_EQ(body_.count("grasp grasp"), 3);
+  EXPECT_EQ(stages("failed"), (Stages{"grasped", "grasped"}));
+}
+
+TEST_F(GoalSelectionCoreTest, TriesAreBounded) {
+  body_.fail_grasp["grasp"] = 99;
+  run("drop blue cube into basket");
+  EXPECT_TRUE(failed_) << story();
+  EXPECT_EQ(body_.count("grasp grasp"), 3);
+  EXPECT_EQ(stages("failed"), (Stages{"grasped", "grasped", "grasped", "idle"}));
+  EXPECT_NE(story_.back().text.find("the fingers met nothing"), std::string::npos);
+}
+
+TEST_F(GoalSelectionCoreTest, SightTellsThatTheHandCameUpEmpty) {
+  body_.empty_grasps = 1;
+  run("grasp blue cube");
+  EXPECT_TRUE(done_) << story();
+  EXPECT_EQ(body_.count("grasp grasp"), 2);
+  EXPECT_EQ(stages("failed"), Stages{"grasped"}) << story();
+}
+
+TEST_F(GoalSelectionCoreTest, TouchTellsThatItWasLostOnTheWay) {
+  body_.slips = 1;
+  run("drop blue cube into basket");
+  EXPECT_TRUE(done_) << story();
+  const auto failed = stages("failed");
+  ASSERT_FALSE(failed.empty());
+  EXPECT_EQ(body_.count("grasp grasp"), 2);
+  // the second try goes where it fell
+  for (auto command = body_.reach_commands.rbegin(); command != body_.reach_commands.rend(); ++command) {
+    if (command->action == "pregrasp") {
+      EXPECT_LT((command->p_RootTarget_m - Eigen::Vector3d(-0.36, 0.02, -0.0576)).norm(), 1e-6);
+      break;
+    }
+  }
+}
+
+TEST_F(GoalSelectionCoreTest, SightTellsThatItFellBeside) {
+  body_.misses = 1;
+  run("drop blue cube into basket");
+  EXPECT_TRUE(done_) << story();
+  EXPECT_EQ(stages("failed"), Stages{"dropped"}) << story();
+  EXPECT_EQ(body_.count("grasp release"), 2);
+}
+
+TEST_F(GoalSelectionCoreTest, SilentNodesEndInASentence) {
+  body_.mute = true;
+  run("grasp blue cube");
+  EXPECT_TRUE(failed_) << story();
+  EXPECT_NE(story_.back().text.find("did not finish"), std::string::npos) << story();
+}
+
+TEST_F(GoalSelectionCoreTest, APhraseDuringAJobIsRefused) {
+  run("drop blue cube into basket", 3.0);
+  GoalSelectionInputs in = body_.sense(now_);
+  in.heard.push_back({"reach red ball", 0.9, true, ""});
+  step(in);
+  ASSERT_FALSE(story_.empty());
+  EXPECT_EQ(story_.back().stage, "heard");
+  EXPECT_EQ(story_.back().state, "failed");
+  EXPECT_NE(story_.back().text.find("busy"), std::string::npos) << story();
+  run("", 100.0);
+  EXPECT_TRUE(done_) << story();
+  EXPECT_EQ(body_.count("reach reach"), 0);
+}
+
+TEST_F(GoalSelectionCoreTest, PositionsAreMediansOfSureViews) {
+  now_ = 0.0;
+  for (int i = 0; !done_ && i < 2000; ++i, now_ += 0.01) {
+    GoalSelectionInputs in = body_.sense(now_);
+    if (in.objects && i % 15 == 0) {
+      // now and then a wild view, and an unsure one of something else
+      for (auto& object : *in.objects) object.p_RootObject_m.x() += 0.5;
+    }
+    if (in.objects) {
+      SeenObject ghost;
+      ghost.name = "red ball";
+      ghost.confidence = 0.1;
+      in.objects->push_back(ghost);
+      ghost.confidence = 0.95;
+      ghost.p_RootObject_m.x() = std::numeric_limits<double>::quiet_NaN();
+      in.objects->push_back(ghost);
+    }
+    if (i == 30) in.heard.push_back({"reach red ball", 0.9, true, ""});
+    step(in);
+  }
+  ASSERT_EQ(body_.reach_commands.size(), 1U) << story();
+  EXPECT_LT((body_.reach_commands[0].p_RootTarget_m - body_.things["red ball"].p).norm(), 1e-9);
+}
+
+TEST_F(GoalSelectionCoreTest, SecondJobFollowsTheFirst) {
+  run("drop blue cube into basket");
+  ASSERT_TRUE(done_) << story();
+  run("reach red ball");
+  EXPECT_TRUE(done_) << story();
+}
+
+TEST_F(GoalSelectionCoreTest, SettingsOutOfRangeAreRefused) {
+  GoalSelectionSettings settings;
+  settings.tries = 0;
+  EXPECT_NE(GoalSelectionCore::create(*book_, *network_, settings).error().message.find("tries"),
+            std::string::npos);
+  settings = {};
+  settings.side = "middle";
+  EXPECT_NE(GoalSelectionCore::create(*book_, *network_, settings).error().message.find("middle"),
+            std::string::npos);
+  settings = {};
+  settings.hold_s = -1.0;
+  EXPECT_NE(GoalSelectionCore::create(*book_, *network_, settings).error().message.find("hold_s"),
+            std::string::npos);
+}
+
+}  // namespace
+}  // namespace nido
