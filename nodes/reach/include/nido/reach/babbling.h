@@ -1,0 +1,64 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <random>
+#include <vector>
+
+#include "nido/interfaces/result.h"
+#include "nido/reach/arm_chain.h"
+#include "nido/reach/joint_path.h"
+#include "nido/reach/posture_history.h"
+#include "nido/reach/reach_core.h"
+#include "nido/reach/seen_hand.h"
+
+namespace nido::reach {
+
+struct BabblingOptions {
+  int samples = 5000;       // sightings to gather
+  bool whole_body = false;  // false: the paper's five arm joints; true: torso and wrist as well
+  Joints speed_rad_s = Joints::Constant(1.2);
+  double spacing_rad = 0.12;  // a new sample differs so much in some joint from the last one
+  // The hand is babbled where the eyes can look (root frame): in front of the body.
+  Eigen::Vector3d space_min_Root_m = {-0.48, -0.20, -0.12};
+  Eigen::Vector3d space_max_Root_m = {-0.12, 0.45, 0.32};
+  std::uint64_t seed = 1;
+};
+
+// Motor babbling: random postures one after another, and for every sighting of the hand's mark the posture
+// the body had at the time of the image. Postures are drawn evenly over the joints' ranges and kept when the
+// hand is in front of the body, clear of it, with its back not turned away from the eyes (the body's own
+// geometry says so). Thread-compatible.
+class Babbling {
+ public:
+  Babbling(ArmChain chain, BabblingOptions options);
+
+  // One tick. The commanded joints, or nothing before the first encoders and when the samples are complete.
+  std::optional<Joints> step(double now_s, const std::optional<Joints>& measured_rad,
+                             const std::optional<HandSighting>& hand);
+  [[nodiscard]] const std::vector<BabblingSample>& samples() const { return samples_; }
+  [[nodiscard]] bool complete() const { return static_cast<int>(samples_.size()) >= options_.samples; }
+
+ private:
+  [[nodiscard]] Joints draw_posture();
+  [[nodiscard]] bool is_useful(const Joints& q) const;
+  [[nodiscard]] bool is_clear_of_body(const Joints& q) const;
+  void start_move(double now_s);
+
+  ArmChain chain_;
+  BabblingOptions options_;
+  std::mt19937_64 random_;
+  std::vector<BabblingSample> samples_;
+  PostureHistory history_;
+  std::optional<Joints> command_;
+  JointPath path_;
+  double move_begin_s_ = 0.0;
+};
+
+// Samples as a text file (a weights file with the matrix "samples": ten joints in rad, then the mark's x, y,
+// z in m).
+Status save_samples(const std::filesystem::path& path, const std::vector<BabblingSample>& samples,
+                    const std::string& command);
+Result<std::vector<BabblingSample>> load_samples(const std::filesystem::path& path);
+
+}  // namespace nido::reach

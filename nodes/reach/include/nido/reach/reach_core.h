@@ -1,0 +1,153 @@
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "nido/interfaces/result.h"
+#include "nido/reach/motion_planner.h"
+#include "nido/reach/posture_history.h"
+
+namespace nido::reach {
+
+// What reach is asked to do (nido_msgs/ActionGoal).
+struct ReachGoal {
+  std::uint32_t id = 0;
+  std::string action;  // "reach", "pregrasp", "lift", "carry", "home", "stop"
+  std::string object;  // "blue cube"; its last word is the shape
+  Eigen::Vector3d p_Root_m = Eigen::Vector3d::Zero();
+  Eigen::Vector3d size_m = Eigen::Vector3d::Zero();
+  double yaw_rad = 0.0;
+};
+
+// The mark on the hand's back as vision saw it, at the time of the image.
+struct HandSighting {
+  double time_s = 0.0;
+  Eigen::Vector3d p_Root_m = Eigen::Vector3d::Zero();
+  double confidence = 0.0;
+};
+
+// What has arrived since the last tick.
+struct ReachInput {
+  std::optional<Joints> measured_rad;  // encoders
+  std::optional<HandSighting> hand;
+  std::optional<std::vector<SeenObject>> objects;
+  std::optional<ReachGoal> goal;
+};
+
+enum class ActionState { kIdle, kRunning, kDone, kFailed };
+
+struct ReachStatus {
+  std::uint32_t id = 0;
+  std::string action;
+  ActionState state = ActionState::kIdle;
+  std::string reason;    // a sentence, when failed
+  double error_m = 0.0;  // of the hand, by encoders, learned model and eyes, from the present goal
+  bool operator==(const ReachStatus&) const = default;
+};
+
+struct ReachOutput {
+  std::optional<Joints> command_rad;  // position-direct targets of this tick; nothing before the first goal
+  ReachStatus status;
+  std::optional<std::string> note;  // something worth a line of the log
+};
+
+struct ReachOptions {
+  std::map<std::string, PalmPosture> grasp_postures;  // by shape; "" for shapes that are not named
+  PalmPosture reach_posture;                          // over a thing, without touching it
+  double approach_speed_m_s = 0.06;
+  double lift_height_m = 0.12;
+  double carry_speed_m_s = 0.12;
+  double carry_clearance_m = 0.05;  // of the held thing's underside over the rim of what it is carried to
+  double release_clearance_m = 0.015;
+  double look_s = 0.6;        // how long to wait for sightings of the resting hand before the last approach
+  double settle_s = 0.8;      // longest wait for the joints to arrive
+  double arrived_rad = 0.01;  // joints nearer to their target count as arrived
+  double blocked_rad = 0.3;   // a joint so far behind its target for blocked_s ends the action
+  double blocked_s = 0.5;
+  double sighting_gain = 0.25;
+  double most_visual_offset_m = 0.02;
+  double most_innovation_m = 0.04;  // sightings farther from the prediction are not believed
+  double encoders_missing_s = 0.5;
+};
+
+// The reaching process without ports: one step a tick of 10 ms. Never blocks; every action ends in bounded
+// time. Thread-compatible.
+class ReachCore {
+ public:
+  ReachCore(MotionPlanner planner, ReachOptions options);
+
+  // now_s: the node's clock, never going back.
+  ReachOutput step(double now_s, const ReachInput& input);
+
+  [[nodiscard]] const MotionPlanner& planner() const { return planner_; }
+  [[nodiscard]] const Eigen::Vector3d& visual_offset_m() const { return visual_offset_m_; }
+
+ private:
+  // Follow a path in time.
+  struct Move {
+    JointPath path;
+    PalmGoal goal;
+    bool has_goal = false;
+  };
+  // Wait until the joints have arrived and the eyes had a look at the resting hand.
+  struct Look {
+    double most_s = 0.0;
+    PalmGoal goal;
+  };
+  // Plan a straight way when its turn comes, with what the eyes have said by then.
+  struct Straight {
+    PalmGoal goal;
+    double speed_m_s = 0.0;
+    double joint_speed_share = 0.5;
+  };
+  using Stage = std::variant<Move, Look, Straight>;
+
+  void begin(const ReachGoal& goal);
+  Status plan(const ReachGoal& goal);
+  Status plan_approach(const ReachGoal& goal, const PalmPosture& posture);
+  Status plan_lift();
+  Status plan_carry(const ReachGoal& goal);
+  Status plan_home();
+  void run_stages(double now_s);
+  void finish(ActionState state, const std::string& reason);
+  // Slows the arm down after a motion was broken off; false when it rests.
+  bool coast();
+  void watch_joints(double now_s, const ReachInput& input);
+  void take_sighting(const HandSighting& hand);
+  [[nodiscard]] double goal_error_m() const;
+  [[nodiscard]] const PalmPosture& grasp_posture(const std::string& object) const;
+
+  MotionPlanner planner_;
+  ReachOptions options_;
+  ReachStatus status_;
+  std::optional<std::string> note_;
+  std::optional<ReachGoal> waiting_;  // a goal that came before the first encoders
+  double waiting_since_s_ = 0.0;
+
+  std::optional<Joints> measured_;
+  double measured_at_s_ = 0.0;
+  double behind_since_s_ = 0.0;
+  bool is_behind_ = false;
+  PostureHistory history_;  // of the encoders, about a second
+  std::optional<Joints> command_;
+  Joints coast_rad_ = Joints::Zero();  // last change of the command, a tick
+
+  std::deque<Stage> stages_;
+  double stage_begin_s_ = 0.0;
+  bool stage_begun_ = false;
+  int sightings_in_stage_ = 0;
+  std::optional<PalmGoal> present_goal_;
+
+  Eigen::Vector3d visual_offset_m_ = Eigen::Vector3d::Zero();
+  Eigen::Vector3d p_PalmHeld_m_ =
+      Eigen::Vector3d(0.05, 0.0, 0.04);  // middle of the held thing in the palm frame
+  double held_below_m_ = 0.03;           // from its middle to its underside
+};
+
+}  // namespace nido::reach

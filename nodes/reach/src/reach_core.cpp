@@ -1,0 +1,298 @@
+#include "nido/reach/reach_core.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace nido::reach {
+namespace {
+
+constexpr double kHistory_s = 1.0;
+constexpr double kStill_rad = 0.003;  // change of a joint in kStillOver_s that counts as rest
+constexpr double kStillOver_s = 0.05;
+constexpr int kSightingsOfALook = 4;
+
+std::string shape_of(const std::string& object) {
+  const auto blank = object.find_last_of(' ');
+  return blank == std::string::npos ? object : object.substr(blank + 1);
+}
+
+}  // namespace
+
+ReachCore::ReachCore(MotionPlanner planner, ReachOptions options)
+    : planner_(std::move(planner)), options_(std::move(options)) {}
+
+ReachOutput ReachCore::step(double now_s, const ReachInput& input) {
+  note_.reset();
+  if (input.objects) planner_.set_objects(*input.objects);
+  watch_joints(now_s, input);
+  if (input.hand) take_sighting(*input.hand);
+  if (input.goal) {
+    waiting_ = input.goal;
+    waiting_since_s_ = now_s;
+    stages_.clear();  // what was under way ends here; the arm holds its last target
+    status_ = {input.goal->id, input.goal->action, ActionState::kRunning, "", 0.0};
+  }
+  if (waiting_ && !coast()) {
+    if (measured_ && now_s - measured_at_s_ <= options_.encoders_missing_s) {
+      const ReachGoal goal = *waiting_;
+      waiting_.reset();
+      begin(goal);
+      stage_begun_ = false;
+    } else if (now_s - waiting_since_s_ > 2.0) {
+      waiting_.reset();
+      finish(ActionState::kFailed,
+             "the arm's and torso's encoders do not arrive at /reach/arm:i and /reach/torso:i");
+    }
+  }
+  if (status_.state == ActionState::kRunning && !waiting_) {
+    const std::optional<Joints> before = command_;
+    run_stages(now_s);
+    if (before && command_) coast_rad_ = *command_ - *before;
+  } else if (!waiting_) {
+    coast();
+  }
+  if (measured_ && present_goal_) status_.error_m = goal_error_m();
+  return {command_, status_, note_};
+}
+
+bool ReachCore::coast() {
+  if (!command_ || coast_rad_.cwiseAbs().maxCoeff() < 1e-4) {
+    coast_rad_.setZero();
+    return false;
+  }
+  coast_rad_ *= 0.8;
+  command_ = planner_.chain().clamped(*command_ + coast_rad_);
+  return true;
+}
+
+void ReachCore::watch_joints(double now_s, const ReachInput& input) {
+  if (input.measured_rad && input.measured_rad->allFinite()) {
+    measured_ = input.measured_rad;
+    measured_at_s_ = now_s;
+    history_.emplace_back(now_s, *measured_);
+    while (history_.front().first < now_s - kHistory_s) history_.pop_front();
+  }
+  if (status_.state != ActionState::kRunning || !measured_ || !command_) return;
+  if (now_s - measured_at_s_ > options_.encoders_missing_s) {
+    finish(ActionState::kFailed,
+           fmt::format("no encoders from the arm for {:.1f} s", now_s - measured_at_s_));
+    return;
+  }
+  Eigen::Index joint = 0;
+  const double behind_rad = (*command_ - *measured_).cwiseAbs().maxCoeff(&joint);
+  if (behind_rad < options_.blocked_rad) {
+    is_behind_ = false;
+    return;
+  }
+  if (!is_behind_) {
+    is_behind_ = true;
+    behind_since_s_ = now_s;
+  }
+  if (now_s - behind_since_s_ > options_.blocked_s) {
+    is_behind_ = false;
+    command_ = measured_;  // do not push on
+    coast_rad_.setZero();
+    finish(ActionState::kFailed,
+           fmt::format("the arm is blocked: {} {} is {:.0f} degrees behind its target",
+                       joint < kTorsoJoints ? "torso joint" : "arm joint",
+                       joint < kTorsoJoints ? joint : joint - kTorsoJoints, behind_rad * 57.3));
+  }
+}
+
+void ReachCore::take_sighting(const HandSighting& hand) {
+  const auto then = posture_at(history_, hand.time_s);
+  const auto before = posture_at(history_, hand.time_s - kStillOver_s);
+  if (!then || !before || !hand.p_Root_m.allFinite() || hand.confidence < 0.3) return;
+  if ((*then - *before).cwiseAbs().maxCoeff() > kStill_rad) return;
+  const Eigen::Vector3d innovation_m =
+      hand.p_Root_m - planner_.seen_hand().mark_Root_m(planner_.chain(), *then) - visual_offset_m_;
+  if (innovation_m.norm() > options_.most_innovation_m) return;
+  visual_offset_m_ += options_.sighting_gain * innovation_m;
+  const double length_m = visual_offset_m_.norm();
+  if (length_m > options_.most_visual_offset_m) visual_offset_m_ *= options_.most_visual_offset_m / length_m;
+  planner_.set_visual_offset(visual_offset_m_);
+  ++sightings_in_stage_;
+}
+
+const PalmPosture& ReachCore::grasp_posture(const std::string& object) const {
+  const auto named = options_.grasp_postures.find(shape_of(object));
+  if (named != options_.grasp_postures.end()) return named->second;
+  const auto other = options_.grasp_postures.find("");
+  return other != options_.grasp_postures.end() ? other->second : options_.reach_posture;
+}
+
+void ReachCore::begin(const ReachGoal& goal) {
+  if (!command_) command_ = measured_;
+  present_goal_.reset();
+  const Status planned = plan(goal);
+  if (!planned) finish(ActionState::kFailed, planned.error().message);
+}
+
+Status ReachCore::plan(const ReachGoal& goal) {
+  const bool finite = goal.p_Root_m.allFinite() && goal.size_m.allFinite() && std::isfinite(goal.yaw_rad) &&
+                      goal.p_Root_m.norm() < 100.0 && goal.size_m.minCoeff() >= 0.0 &&
+                      goal.size_m.maxCoeff() < 10.0;
+  if (!finite) {
+    return Error{ErrorCode::kInvalidArgument, "goal '" + goal.action +
+                                                  "': position, size or yaw is not a number that "
+                                                  "can be (m, m, rad; sizes from 0)"};
+  }
+  if (goal.action == "stop") {
+    finish(ActionState::kDone, "");
+    return {};
+  }
+  if (goal.action == "home") return plan_home();
+  if (goal.action == "lift") return plan_lift();
+  if (goal.action == "carry") return plan_carry(goal);
+  if (goal.action == "reach") return plan_approach(goal, options_.reach_posture);
+  if (goal.action == "pregrasp") return plan_approach(goal, grasp_posture(goal.object));
+  return Error{
+      ErrorCode::kInvalidArgument,
+      "action '" + goal.action + "' is unknown; reach knows reach, pregrasp, lift, carry, home, stop"};
+}
+
+Status ReachCore::plan_approach(const ReachGoal& goal, const PalmPosture& posture) {
+  const SeenObject object{goal.object, goal.p_Root_m, goal.size_m};
+  auto approach = planner_.approach(posture, object, goal.yaw_rad, *command_);
+  if (!approach) return approach.error();
+  auto way = planner_.free_way(*command_, approach->q_standoff);
+  if (!way) return Error{way.error().code, "to '" + goal.object + "': " + way.error().message};
+  stages_.push_back(Move{*std::move(way), approach->standoff, true});
+  stages_.push_back(Look{options_.look_s, approach->standoff});
+  stages_.push_back(Straight{approach->goal, options_.approach_speed_m_s, 0.4});
+  stages_.push_back(Look{options_.settle_s, approach->goal});
+  p_PalmHeld_m_ = approach->goal.X_RootPalm.inverse() * goal.p_Root_m;
+  held_below_m_ = 0.5 * goal.size_m.z();
+  return {};
+}
+
+Status ReachCore::plan_lift() {
+  PalmGoal goal;
+  goal.p_PalmTool_m = p_PalmHeld_m_;
+  goal.turn_weight = Eigen::Vector3d(1.0, 1.0, 0.15);
+  const Eigen::Isometry3d X_start = planner_.X_RootPalmSeen(*command_);
+  Status failure;
+  for (const double share : {1.0, 0.8, 0.6}) {
+    goal.X_RootPalm = X_start;
+    goal.X_RootPalm.translation().z() += share * options_.lift_height_m;
+    auto way = planner_.straight_way(*command_, goal, options_.approach_speed_m_s, 0.4);
+    if (way) {
+      stages_.push_back(Move{*std::move(way), goal, true});
+      stages_.push_back(Look{options_.settle_s, goal});
+      return {};
+    }
+    failure = way.error();
+  }
+  return failure;
+}
+
+Status ReachCore::plan_carry(const ReachGoal& goal) {
+  const Eigen::Isometry3d X_start = planner_.X_RootPalmSeen(*command_);
+  const Eigen::Vector3d held_Root_m = X_start * p_PalmHeld_m_;
+  const double rim_m = goal.p_Root_m.z() + 0.5 * goal.size_m.z();
+  const double release_m =
+      rim_m + options_.release_clearance_m + held_below_m_;  // height of the held thing's middle
+  const double transit_m = std::max(held_Root_m.z(), rim_m + options_.carry_clearance_m + held_below_m_);
+
+  Joints q = *command_;
+  const auto append = [&](const Eigen::Vector3d& to_Root_m, double speed_m_s) -> Status {
+    Error failure;
+    // the palm keeps its tilt; a turn about the vertical does not shake the thing off, and helps the arm
+    for (const double upright : {1.0, 0.4}) {
+      PalmGoal knot;
+      knot.p_PalmTool_m = p_PalmHeld_m_;
+      knot.turn_weight = Eigen::Vector3d(upright, upright, 0.02);
+      const Eigen::Isometry3d X_now = planner_.X_RootPalmSeen(q);
+      knot.X_RootPalm.linear() = X_now.linear();
+      knot.X_RootPalm.translation() = to_Root_m - X_now.linear() * p_PalmHeld_m_;
+      auto way = planner_.straight_way(q, knot, speed_m_s, 0.5);
+      if (way) {
+        q = way->end();
+        stages_.push_back(Move{*std::move(way), knot, true});
+        return {};
+      }
+      failure = way.error();
+    }
+    return failure;
+  };
+  for (const double lower_m : {0.0, 0.02, 0.035}) {
+    stages_.clear();
+    q = *command_;
+    const double height_m = std::max(release_m, transit_m - lower_m);
+    Status way = append({held_Root_m.x(), held_Root_m.y(), height_m}, options_.carry_speed_m_s);
+    if (way) way = append({goal.p_Root_m.x(), goal.p_Root_m.y(), height_m}, options_.carry_speed_m_s);
+    if (way) {
+      if (release_m < height_m - 0.005) {
+        // lower it if the arm can; letting go a little higher is no failure
+        (void)append({goal.p_Root_m.x(), goal.p_Root_m.y(), release_m}, options_.approach_speed_m_s);
+      }
+      stages_.push_back(Look{options_.settle_s, PalmGoal(std::get<Move>(stages_.back()).goal)});
+      return {};
+    }
+    if (lower_m > 0.03) {
+      stages_.clear();
+      return Error{way.error().code, "cannot carry to '" + goal.object + "': " + way.error().message};
+    }
+  }
+  return {};
+}
+
+Status ReachCore::plan_home() {
+  auto way = planner_.free_way(*command_, planner_.options().home);
+  if (!way) return Error{way.error().code, "on the way home: " + way.error().message};
+  PalmGoal goal;
+  goal.X_RootPalm = planner_.X_RootPalmSeen(planner_.options().home);
+  stages_.push_back(Move{*std::move(way), goal, true});
+  stages_.push_back(Look{options_.settle_s, goal});
+  return {};
+}
+
+void ReachCore::run_stages(double now_s) {
+  while (!stages_.empty()) {
+    if (!stage_begun_) {
+      stage_begun_ = true;
+      stage_begin_s_ = now_s;
+      sightings_in_stage_ = 0;
+      if (const auto* straight = std::get_if<Straight>(&stages_.front())) {
+        auto way = planner_.straight_way(*command_, straight->goal, straight->speed_m_s,
+                                         straight->joint_speed_share);
+        if (!way) {
+          finish(ActionState::kFailed, way.error().message);
+          return;
+        }
+        stages_.front() = Move{*std::move(way), PalmGoal(straight->goal), true};
+      }
+    }
+    const double t_s = now_s - stage_begin_s_;
+    if (const auto* move = std::get_if<Move>(&stages_.front())) {
+      present_goal_ = move->goal;
+      command_ = move->path.at(t_s);
+      if (t_s < move->path.duration_s()) return;
+    } else if (const auto* look = std::get_if<Look>(&stages_.front())) {
+      present_goal_ = look->goal;
+      const bool arrived = (*command_ - *measured_).cwiseAbs().maxCoeff() < options_.arrived_rad;
+      const bool seen = stages_.size() == 1 || sightings_in_stage_ >= kSightingsOfALook;
+      if (t_s < look->most_s && !(arrived && seen)) return;
+    }
+    stages_.pop_front();
+    stage_begun_ = false;
+  }
+  if (status_.state == ActionState::kRunning) finish(ActionState::kDone, "");
+}
+
+double ReachCore::goal_error_m() const {
+  const PalmGoal& goal = *present_goal_;
+  return (planner_.X_RootPalmSeen(*measured_) * goal.p_PalmTool_m - goal.X_RootPalm * goal.p_PalmTool_m)
+      .norm();
+}
+
+void ReachCore::finish(ActionState state, const std::string& reason) {
+  status_.state = state;
+  status_.reason = reason;
+  stages_.clear();
+  stage_begun_ = false;
+}
+
+}  // namespace nido::reach

@@ -1,0 +1,57 @@
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <optional>
+#include <random>
+
+#include "nido/kinematics/robot_model.h"
+#include "nido/reach/arm_chain.h"
+#include "nido/reach/reach_core.h"
+
+namespace nido::reach {
+
+inline ArmChain right_arm() {
+  static const ArmChain chain = [] {
+    auto model = RobotModel::load(NIDO_CONFIG_DIR "/robots/icub.urdf");
+    EXPECT_TRUE(model.ok()) << (model.ok() ? "" : model.error().message);
+    return ArmChain::from_model(*model, "right").value();
+  }();
+  return chain;
+}
+
+// Arm and eyes without physics: joints follow their targets with a lag, and the eyes see the mark with a
+// smooth error that depends on where it is, plus noise.
+class KinematicRobot {
+ public:
+  explicit KinematicRobot(const Joints& q, std::uint64_t seed = 1) : q_(q), random_(seed) {}
+
+  void step(const std::optional<Joints>& target) {
+    if (target) q_ += 0.3 * (*target - q_);
+    time_s_ += 0.01;
+  }
+  [[nodiscard]] double time_s() const { return time_s_; }
+  [[nodiscard]] const Joints& q() const { return q_; }
+
+  // What the eyes would say about something that is really at p.
+  static Eigen::Vector3d seen(const Eigen::Vector3d& p) {
+    return p + 0.01 * Eigen::Vector3d(std::sin(4.0 * p.y()) + 0.3, std::cos(5.0 * p.x()) - 0.5,
+                                      0.6 + 3.0 * p.x());
+  }
+  static Eigen::Vector3d mark_Palm_m() { return {0.01, 0.002, -0.02}; }
+  [[nodiscard]] Eigen::Vector3d seen_palm() const { return seen(right_arm().X_RootPalm(q_).translation()); }
+
+  HandSighting look(double noise_m = 0.002) {
+    std::normal_distribution<double> noise(0.0, noise_m);
+    const Eigen::Vector3d p = right_arm().X_RootPalm(q_) * mark_Palm_m();
+    return {time_s_, seen(p) + Eigen::Vector3d(noise(random_), noise(random_), noise(random_)), 0.9};
+  }
+
+ private:
+  Joints q_;
+  std::mt19937_64 random_;
+  double time_s_ = 0.0;
+};
+
+}  // namespace nido::reach
