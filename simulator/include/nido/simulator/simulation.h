@@ -185,8 +185,10 @@ class Simulation {
   // "[ok]", values, or `[fail] "reason"`; a refused line changes nothing.
   std::string world(const std::string& line);
 
- private:
+  // The inside; known to the library only.
   struct Impl;
+
+ private:
   explicit Simulation(std::unique_ptr<Impl> impl);
   std::unique_ptr<Impl> impl_;
 };

@@ -1,0 +1,335 @@
+#include "contacts.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+
+#include "ode_library.h"
+
+namespace nido::sim {
+namespace {
+
+constexpr int kMostContactsOfPair = 8;
+constexpr std::size_t kMostContacts = 1500;
+
+// Rubber finger pads, and the robot's shells.
+constexpr Surface kFingerSurface{1.8, 0.0, 0.0};
+constexpr Surface kPalmSurface{1.2, 0.0, 0.0};
+constexpr Surface kShellSurface{0.6, 0.0, 0.0};
+constexpr Surface kFloorSurface{0.8, 0.2, 0.0005};
+
+// A contact gives way like a spring with a damper, per contact point. Rubber on light objects must be soft,
+// or the solver's twenty-odd iterations leave jitter; furniture is stiffer.
+constexpr double kPadStiffness_N_m = 1.2e4;
+constexpr double kPadDamping_Ns_m = 60;
+constexpr double kFurnitureStiffness_N_m = 4e4;
+constexpr double kFurnitureDamping_Ns_m = 150;
+// Contact patch of a soft finger: resists turning about the normal with force times this arm.
+constexpr double kPadTwistArm_m = 0.004;
+constexpr double kStep_s = 0.001;
+
+bool overlap(const dReal* a, const dReal* b) {
+  return a[0] <= b[1] && b[0] <= a[1] && a[2] <= b[3] && b[2] <= a[3] && a[4] <= b[5] && b[4] <= a[5];
+}
+
+bool awake(const ObjectBody& object) {
+  return object.body() != nullptr && dBodyIsEnabled(object.body()) != 0;
+}
+
+}  // namespace
+
+Contacts::Contacts(dWorldID world, const RobotBody& robot, const ControlBlock& block)
+    : world_(world),
+      joints_(dJointGroupCreate(0)),
+      floor_(dCreatePlane(nullptr, 0, 0, 1, Simulation::kFloorHeight_m)),
+      robot_(robot) {
+  static constexpr std::array<const char*, 5> kFingers = {"thumb", "index", "middle", "ring", "little"};
+  touching_.reserve(kMostContacts);
+  for (std::size_t i = 0; i < robot.link_count(); ++i) {
+    for (const LinkShape& shape : robot.description().links[i].collisions) {
+      RobotGeom part;
+      part.link = i;
+      part.name = shape.urdf_link;
+      part.surface = kShellSurface;
+      for (int hand = 0; hand < 2; ++hand) {
+        const std::string prefix = hand == 0 ? "l_" : "r_";
+        for (std::size_t f = 0; f < kFingers.size(); ++f) {
+          if (part.name.starts_with(prefix + kFingers[f])) {
+            part.hand = hand;
+            part.finger = static_cast<int>(f);
+            part.surface = kFingerSurface;
+          }
+        }
+        for (std::size_t p = 0; p < block.hands[hand].pads.size(); ++p) {
+          if (part.name != block.hands[hand].pads[p]) continue;
+          part.hand = hand;
+          part.finger = static_cast<int>(p);
+          part.pad = true;
+          if (p == 5) part.surface = kPalmSurface;
+        }
+      }
+      part.geom = make_geom(shape.placed, mesh_data_);
+      if (part.geom == nullptr) continue;
+      const auto place = [&](dGeomID geom, const Eigen::Isometry3d& X_LinkShape) {
+        Eigen::Isometry3d X = X_LinkShape;
+        if (i != 0) X.translation() -= robot.description().links[i].mass.center_m;
+        place_geom(geom, robot.bodies()[i], X);
+      };
+      place(part.geom, shape.placed.X_OwnerShape);
+      if (shape.placed.shape.kind == ShapeKind::kCapsule) {
+        const double half = shape.placed.shape.size.y() / 2;
+        const std::array<double, 3> along = {-half, half, 0};
+        for (std::size_t s = 0; s < along.size(); ++s) {
+          part.spheres[s] = dCreateSphere(nullptr, shape.placed.shape.size.x());
+          place(part.spheres[s], shape.placed.X_OwnerShape * Eigen::Translation3d(0, 0, along[s]));
+        }
+      }
+      robot_geoms_.push_back(part);
+    }
+  }
+}
+
+Contacts::~Contacts() {
+  dJointGroupDestroy(joints_);
+  dGeomDestroy(floor_);
+  for (RobotGeom& part : robot_geoms_) {
+    dGeomDestroy(part.geom);
+    for (dGeomID sphere : part.spheres) {
+      if (sphere != nullptr) dGeomDestroy(sphere);
+    }
+  }
+  for (dTriMeshDataID data : mesh_data_) dGeomTriMeshDataDestroy(data);
+}
+
+bool Contacts::collide(dGeomID geom_a, dGeomID geom_b, const Side& a, const Side& b, std::size_t first,
+                       double apart_m) {
+  std::array<dContactGeom, kMostContactsOfPair> found;
+  const int count = dCollide(geom_a, geom_b, kMostContactsOfPair, found.data(), sizeof(dContactGeom));
+  bool any = false;
+  for (int i = 0; i < count && touching_.size() < kMostContacts; ++i) {
+    const dContactGeom& geometry = found[i];
+    const Eigen::Vector3d p = to_eigen(geometry.pos);
+    const Eigen::Vector3d normal = to_eigen(geometry.normal);
+    if (!p.allFinite() || !normal.allFinite() || std::abs(normal.squaredNorm() - 1) > 0.01) continue;
+    bool near = false;
+    for (std::size_t k = first; k < touching_.size() && apart_m > 0; ++k) {
+      near = near || (touching_[k].p_World_m - p).squaredNorm() < apart_m * apart_m;
+    }
+    if (near) continue;
+
+    const bool pad = a.robot_geom >= 0 && robot_geoms_[a.robot_geom].finger >= 0;
+    dContact contact{};
+    contact.geom = geometry;
+    contact.surface.mode = dContactApprox1 | dContactSoftERP | dContactSoftCFM;
+    contact.surface.mu = std::sqrt(a.surface->friction * b.surface->friction);
+    const double stiffness = pad ? kPadStiffness_N_m : kFurnitureStiffness_N_m;
+    const double damping = pad ? kPadDamping_Ns_m : kFurnitureDamping_Ns_m;
+    contact.surface.soft_erp = kStep_s * stiffness / (kStep_s * stiffness + damping);
+    contact.surface.soft_cfm = 1 / (kStep_s * stiffness + damping);
+    const double bounce = std::min(a.surface->restitution, b.surface->restitution);
+    if (bounce > 0) {
+      contact.surface.mode |= dContactBounce;
+      contact.surface.bounce = bounce;
+      contact.surface.bounce_vel = 0.05;
+    }
+    if (pad) {
+      contact.surface.mode |= dContactRolling;
+      contact.surface.rhoN = kPadTwistArm_m;
+    } else if (a.robot_geom < 0 &&
+               (dGeomGetClass(geom_a) == dSphereClass || dGeomGetClass(geom_b) == dSphereClass)) {
+      contact.surface.mode |= dContactRolling;
+      contact.surface.rho = a.surface->rolling_m + b.surface->rolling_m;
+      contact.surface.rho2 = contact.surface.rho;
+      contact.surface.rhoN = contact.surface.rho;
+    }
+    dJointID joint = dJointCreateContact(world_, joints_, &contact);
+    dJointAttach(joint, a.body, b.body);
+    // the vector keeps its place, so the solver may write there
+    touching_.push_back({a.owner, b.owner, a.robot_geom, normal, p, geometry.depth, {}, 0});
+    dJointSetFeedback(joint, &touching_.back().feedback);
+    any = true;
+  }
+  return any;
+}
+
+bool Contacts::collide_robot(const RobotGeom& part, const Side& robot, dGeomID geom, const Side& object) {
+  const std::size_t first = touching_.size();
+  bool any = false;
+  const int kind = dGeomGetClass(geom);
+  const bool capsule = part.spheres[0] != nullptr;
+  // ODE has no capsule against cylinder, and gives one point for a capsule that lies along a box's face
+  if (!capsule || kind != dCylinderClass) any = collide(part.geom, geom, robot, object, first, 0);
+  if (capsule && (kind == dCylinderClass || (kind == dBoxClass && any))) {
+    const double apart_m = 0.004;
+    for (std::size_t s = 0; s < (kind == dCylinderClass ? 3U : 2U); ++s) {
+      any = collide(part.spheres[s], geom, robot, object, first, apart_m) || any;
+    }
+  }
+  return any;
+}
+
+bool Contacts::collide_objects(const ObjectBody& a, std::size_t index_a, const ObjectBody& b,
+                               std::size_t index_b) {
+  const Side side_a{{OwnerKind::kObject, index_a}, &a.description().surface, a.body(), -1};
+  const Side side_b{{OwnerKind::kObject, index_b}, &b.description().surface, b.body(), -1};
+  bool any = false;
+  for (dGeomID geom_a : a.geoms()) {
+    dReal box_a[6];
+    dGeomGetAABB(geom_a, box_a);
+    for (dGeomID geom_b : b.geoms()) {
+      dReal box_b[6];
+      dGeomGetAABB(geom_b, box_b);
+      if (overlap(box_a, box_b)) any = collide(geom_a, geom_b, side_a, side_b, touching_.size(), 0) || any;
+    }
+  }
+  return any;
+}
+
+void Contacts::find(const Objects& objects, double step_s) {
+  dJointGroupEmpty(joints_);
+  touching_.clear();
+  for (RobotGeom& part : robot_geoms_) dGeomGetAABB(part.geom, part.aabb.data());
+
+  for (std::size_t j = 0; j < objects.size(); ++j) {
+    ObjectBody& object = *objects[j];
+    // the robot against the object
+    bool by_robot = false;
+    if (object.description().touches_robot) {
+      const Side side{{OwnerKind::kObject, j}, &object.description().surface, object.body(), -1};
+      for (dGeomID geom : object.geoms()) {
+        dReal box[6];
+        dGeomGetAABB(geom, box);
+        for (std::size_t r = 0; r < robot_geoms_.size(); ++r) {
+          const RobotGeom& part = robot_geoms_[r];
+          if (!overlap(part.aabb.data(), box)) continue;
+          const Side robot{
+              {OwnerKind::kLink, part.link}, &part.surface, robot_.bodies()[part.link], static_cast<int>(r)};
+          by_robot = collide_robot(part, robot, geom, side) || by_robot;
+        }
+      }
+    }
+    if (by_robot) {
+      if (!awake(object)) object.wake();
+    } else {
+      object.rest_if_quiet(step_s);
+    }
+  }
+  // objects against each other: a thing that moves wakes the thing that it meets
+  for (std::size_t j = 0; j < objects.size(); ++j) {
+    for (std::size_t k = j + 1; k < objects.size(); ++k) {
+      if (objects[j]->body() == nullptr || objects[k]->body() == nullptr) continue;
+      if (!awake(*objects[j]) && !awake(*objects[k])) continue;
+      if (!collide_objects(*objects[j], j, *objects[k], k)) continue;
+      if (!awake(*objects[j])) dBodyEnable(objects[j]->body());
+      if (!awake(*objects[k])) dBodyEnable(objects[k]->body());
+    }
+  }
+  // what is awake against what never moves
+  for (std::size_t j = 0; j < objects.size(); ++j) {
+    if (!awake(*objects[j])) continue;
+    for (std::size_t k = 0; k < objects.size(); ++k) {
+      if (objects[k]->body() == nullptr) collide_objects(*objects[j], j, *objects[k], k);
+    }
+    const Side side{{OwnerKind::kObject, j}, &objects[j]->description().surface, objects[j]->body(), -1};
+    const Side floor{{OwnerKind::kFloor, 0}, &kFloorSurface, nullptr, -1};
+    for (dGeomID geom : objects[j]->geoms()) {
+      dReal box[6];
+      dGeomGetAABB(geom, box);
+      if (box[4] <= Simulation::kFloorHeight_m) collide(geom, floor_, side, floor, touching_.size(), 0);
+    }
+  }
+}
+
+void Contacts::begin_period() {
+  sum_ = {};
+  steps_ = 0;
+}
+
+void Contacts::read_forces() {
+  for (Touching& t : touching_) {
+    // ODE's first body is never missing here: side a always has one
+    t.force_N = std::abs(to_eigen(t.feedback.f1).dot(t.normal_World));
+    if (t.robot_geom < 0) continue;
+    const RobotGeom& part = robot_geoms_[t.robot_geom];
+    if (!part.pad) continue;
+    sum_[part.hand].on[part.finger] = true;
+    sum_[part.hand].force_N[part.finger] += t.force_N;
+  }
+  ++steps_;
+}
+
+void Contacts::end_period() {
+  touch_ = sum_;
+  for (HandTouch& hand : touch_) {
+    for (double& force : hand.force_N) force /= std::max(steps_, 1);
+  }
+}
+
+void Contacts::force_on_link(std::size_t link, const Eigen::Vector3d& p_World_m, Eigen::Vector3d& force_N,
+                             Eigen::Vector3d& torque_Nm) const {
+  for (const Touching& t : touching_) {
+    if (t.a.kind != OwnerKind::kLink || t.a.index != link || link == 0) continue;
+    const Eigen::Vector3d center = to_eigen(dBodyGetPosition(robot_.bodies()[link]));
+    const Eigen::Vector3d force = to_eigen(t.feedback.f1);
+    force_N += force;
+    torque_Nm += to_eigen(t.feedback.t1) + (center - p_World_m).cross(force);
+  }
+}
+
+void Contacts::restore(const State& state) {
+  touch_ = state.touch;
+  dJointGroupEmpty(joints_);
+  touching_.clear();
+}
+
+std::string Contacts::name_of(const Owner& owner, int robot_geom, const Objects& objects) const {
+  if (owner.kind == OwnerKind::kFloor) return "floor";
+  if (owner.kind == OwnerKind::kLink) return robot_geoms_[robot_geom].name;
+  return objects[owner.index]->description().name;
+}
+
+std::vector<ContactPair> Contacts::pairs(const Objects& objects) const {
+  std::map<std::pair<std::string, std::string>, std::pair<ContactPair, int>> sums;
+  for (const Touching& t : touching_) {
+    const std::string a = name_of(t.a, t.robot_geom, objects);
+    const std::string b = name_of(t.b, -1, objects);
+    auto& [pair, count] = sums[{a, b}];
+    pair.a = a;
+    pair.b = b;
+    pair.a_is_robot = t.a.kind == OwnerKind::kLink;
+    pair.force_N += t.force_N;
+    pair.p_World_m += t.p_World_m;
+    ++count;
+  }
+  std::vector<ContactPair> result;
+  for (auto& [key, value] : sums) {
+    value.first.p_World_m /= value.second;
+    result.push_back(value.first);
+  }
+  return result;
+}
+
+HoldQuery Contacts::hold(std::size_t object, const Objects& objects) const {
+  HoldQuery query;
+  for (const Touching& t : touching_) {
+    const bool is_a = t.a.kind == OwnerKind::kObject && t.a.index == object;
+    const bool is_b = t.b.kind == OwnerKind::kObject && t.b.index == object;
+    if (!is_a && !is_b) continue;
+    if (t.a.kind != OwnerKind::kLink) {
+      query.world = true;
+      continue;
+    }
+    const RobotGeom& part = robot_geoms_[t.robot_geom];
+    if (part.hand < 0) {
+      query.other_robot_link = true;
+    } else {
+      (part.hand == 0 ? query.left : query.right)[part.finger] = true;
+    }
+  }
+  // a sleeping thing lies on something
+  if (objects[object]->body() != nullptr && dBodyIsEnabled(objects[object]->body()) == 0) query.world = true;
+  return query;
+}
+
+}  // namespace nido::sim

@@ -1,0 +1,108 @@
+#pragma once
+
+#include <ode/ode.h>
+
+#include <array>
+#include <memory>
+#include <vector>
+
+#include "control_block.h"
+#include "nido/simulator/simulation.h"
+#include "objects.h"
+#include "robot_body.h"
+
+namespace nido::sim {
+
+// Which things touch: finds contacts before every physics step, gives them to the solver, and reads their
+// forces after it. Geoms are visited in a fixed order, so that the solver's rows do not depend on how a state
+// was reached.
+class Contacts {
+ public:
+  Contacts(dWorldID world, const RobotBody& robot, const ControlBlock& block);
+  ~Contacts();
+  Contacts(const Contacts&) = delete;
+  Contacts& operator=(const Contacts&) = delete;
+
+  using Objects = std::vector<std::unique_ptr<ObjectBody>>;
+
+  // Makes the contact joints of this step, wakes what was touched, lets quiet things sleep that the robot
+  // does not touch.
+  void find(const Objects& objects, double step_s);
+  // Sums what the solver made of them.
+  void read_forces();
+  // Forgets the sums of the period before.
+  void begin_period();
+  // Means of the period's steps; touch() and pairs() show them.
+  void end_period();
+
+  [[nodiscard]] const HandTouch& touch(Hand hand) const { return touch_[hand == Hand::kLeft ? 0 : 1]; }
+  // Pairs that touch at the end of the last step.
+  [[nodiscard]] std::vector<ContactPair> pairs(const Objects& objects) const;
+  [[nodiscard]] HoldQuery hold(std::size_t object, const Objects& objects) const;
+
+  // Force of all contacts on a link at the end of the last step, and its torque about a point of the world.
+  void force_on_link(std::size_t link, const Eigen::Vector3d& p_World_m, Eigen::Vector3d& force_N,
+                     Eigen::Vector3d& torque_Nm) const;
+
+  struct State {
+    std::array<HandTouch, 2> touch;
+  };
+  [[nodiscard]] State save() const { return {touch_}; }
+  void restore(const State& state);
+
+ private:
+  enum class OwnerKind { kFloor, kLink, kObject };
+  struct Owner {
+    OwnerKind kind = OwnerKind::kFloor;
+    std::size_t index = 0;  // link or object
+  };
+  struct RobotGeom {
+    dGeomID geom = nullptr;
+    std::size_t link = 0;
+    int hand = -1;     // 0 left, 1 right, -1 not part of a hand
+    int finger = -1;   // 0 thumb ... 4 little, 5 palm
+    bool pad = false;  // feels touch
+    Surface surface;
+    std::string name;                  // URDF link
+    std::array<dGeomID, 3> spheres{};  // capsules: both ends and the middle, for what ODE's capsule cannot do
+    std::array<dReal, 6> aabb{};
+  };
+  struct Touching {
+    Owner a;
+    Owner b;
+    int robot_geom = -1;  // index into robot_geoms_ when a is a link
+    Eigen::Vector3d normal_World;
+    Eigen::Vector3d p_World_m;
+    double depth_m = 0;
+    dJointFeedback feedback;
+    double force_N = 0;
+  };
+
+  // Two sides of a possible contact.
+  struct Side {
+    Owner owner;
+    const Surface* surface = nullptr;
+    dBodyID body = nullptr;
+    int robot_geom = -1;
+  };
+  // Contacts of one pair of geoms; those nearer than `apart_m` to contacts since `first` are left out. True
+  // if any was made.
+  bool collide(dGeomID geom_a, dGeomID geom_b, const Side& a, const Side& b, std::size_t first,
+               double apart_m);
+  bool collide_robot(const RobotGeom& part, const Side& robot, dGeomID geom, const Side& object);
+  bool collide_objects(const ObjectBody& a, std::size_t index_a, const ObjectBody& b, std::size_t index_b);
+  [[nodiscard]] std::string name_of(const Owner& owner, int robot_geom, const Objects& objects) const;
+
+  dWorldID world_;
+  dJointGroupID joints_;
+  dGeomID floor_;
+  const RobotBody& robot_;
+  std::vector<RobotGeom> robot_geoms_;
+  std::vector<dTriMeshDataID> mesh_data_;
+  std::vector<Touching> touching_;  // of this step; never grows beyond its first capacity
+  std::array<HandTouch, 2> sum_{};
+  std::array<HandTouch, 2> touch_{};
+  int steps_ = 0;
+};
+
+}  // namespace nido::sim

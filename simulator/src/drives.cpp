@@ -1,0 +1,466 @@
+#include "drives.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+namespace nido::sim {
+namespace {
+
+constexpr double kServoGain_1_s = 60;  // the servo removes an error within about 1/gain
+constexpr double kFingerGain_1_s = 40;
+constexpr double kVelocityLeash_rad =
+    0.1;  // velocity mode: how far its reference may run ahead of a blocked joint
+constexpr double kIdleFriction = 0.01;  // share of the largest torque that a motor without power resists with
+constexpr double kDone_rad = 0.0174533;       // 1 degree
+constexpr double kPeakOfMinimumJerk = 1.875;  // highest by mean velocity
+
+bool is_servo(JointMode mode) {
+  return mode == JointMode::kPosition || mode == JointMode::kDirect || mode == JointMode::kVelocity;
+}
+
+std::string number(double value) {
+  std::string text = std::to_string(value);
+  return text;
+}
+
+}  // namespace
+
+const char* to_string(JointMode mode) {
+  switch (mode) {
+    case JointMode::kIdle:
+      return "idle";
+    case JointMode::kPosition:
+      return "position";
+    case JointMode::kDirect:
+      return "direct";
+    case JointMode::kVelocity:
+      return "velocity";
+    case JointMode::kTorque:
+      return "torque";
+    case JointMode::kPwm:
+      return "pwm";
+  }
+  return "idle";
+}
+
+double Trajectory::position(double time_s) const {
+  const double t = std::clamp(time_s - start_time_s, 0.0, duration_s);
+  double sum = 0;
+  for (int i = 5; i >= 0; --i) sum = sum * t + coefficient[i];
+  return sum;
+}
+
+double Trajectory::velocity(double time_s) const {
+  const double t = std::clamp(time_s - start_time_s, 0.0, duration_s);
+  double sum = 0;
+  for (int i = 5; i >= 1; --i) sum = sum * t + i * coefficient[i];
+  return sum;
+}
+
+Result<Drives> Drives::create(const RobotBody& robot, const ControlBlock& block) {
+  Drives drives;
+  std::map<std::string, std::size_t> link_of_hinge;
+  for (std::size_t i = 1; i < robot.link_count(); ++i)
+    link_of_hinge[robot.description().links[i].joint_name] = i;
+  drives.hinges_.resize(robot.link_count());
+
+  for (const PartBlock& part : block.parts) {
+    drives.first_axis_.push_back(drives.axis_info_.size());
+    PartInfo info{part.name, {}};
+    for (const AxisBlock& axis : part.axes) {
+      Axis own{static_cast<int>(drives.parts_.size()), axis.info, axis.home_rad, {}};
+      for (const HingeShare& share : axis.hinges) {
+        const auto found = link_of_hinge.find(share.hinge);
+        if (found == link_of_hinge.end()) {
+          return Error{ErrorCode::kInvalidArgument, "joint " + axis.info.name + " moves the hinge " +
+                                                        share.hinge + ", which the robot does not have"};
+        }
+        own.shares.push_back({found->second, share.multiplier, share.offset_rad});
+        Hinge& hinge = drives.hinges_[found->second];
+        hinge.axes.emplace_back(drives.axis_info_.size(), share.multiplier);
+        hinge.offset_rad += share.offset_rad;
+        const LinkDescription& link = robot.description().links[found->second];
+        hinge.max_torque_Nm = link.max_torque_Nm;
+        hinge.max_velocity_rad_s = std::max(link.max_velocity_rad_s, 0.0);
+        hinge.gain_1_s = link.max_torque_Nm < 0.9 ? kFingerGain_1_s : kServoGain_1_s;
+      }
+      drives.axis_info_.push_back(own);
+      info.joints.push_back(axis.info);
+    }
+    drives.parts_.push_back(std::move(info));
+  }
+  for (std::size_t i = 1; i < robot.link_count(); ++i) {
+    if (drives.hinges_[i].axes.empty()) {
+      return Error{ErrorCode::kInvalidArgument, "no joint of the <nido> element moves the hinge " +
+                                                    robot.description().links[i].joint_name};
+    }
+  }
+
+  // pseudo-inverse of the coupling, for reading the joints off the hinges
+  const auto rows = static_cast<Eigen::Index>(robot.link_count());
+  const auto columns = static_cast<Eigen::Index>(drives.axis_info_.size());
+  Eigen::MatrixXd coupling = Eigen::MatrixXd::Zero(rows, columns);
+  for (Eigen::Index a = 0; a < columns; ++a) {
+    for (const Share& s : drives.axis_info_[static_cast<std::size_t>(a)].shares) {
+      coupling(static_cast<Eigen::Index>(s.link), a) += s.multiplier;
+    }
+  }
+  const Eigen::MatrixXd inverse = (coupling.transpose() * coupling).ldlt().solve(coupling.transpose());
+  drives.inverse_.resize(drives.axis_info_.size());
+  for (Eigen::Index a = 0; a < columns; ++a) {
+    for (Eigen::Index r = 0; r < rows; ++r) {
+      if (std::abs(inverse(a, r)) > 1e-9) {
+        drives.inverse_[static_cast<std::size_t>(a)].emplace_back(static_cast<std::size_t>(r), inverse(a, r));
+      }
+    }
+  }
+  drives.axes_.resize(drives.axis_info_.size());
+  drives.gravity_Nm_.assign(robot.link_count(), 0);
+  drives.hinge_torque_Nm_.assign(robot.link_count(), 0);
+  drives.added_torque_Nm_.assign(robot.link_count(), 0);
+  for (const PartInfo& part : drives.parts_) drives.measured_.emplace_back(part.joints.size());
+  return drives;
+}
+
+std::vector<double> Drives::hinge_angles(const std::vector<double>& axis_rad) const {
+  std::vector<double> angle(hinges_.size(), 0);
+  for (std::size_t i = 1; i < hinges_.size(); ++i) {
+    angle[i] = hinges_[i].offset_rad;
+    for (const auto& [axis, multiplier] : hinges_[i].axes) angle[i] += multiplier * axis_rad[axis];
+  }
+  return angle;
+}
+
+void Drives::go_home(RobotBody& robot) {
+  std::vector<double> home(axes_.size());
+  for (std::size_t a = 0; a < axes_.size(); ++a) {
+    home[a] = axis_info_[a].home_rad;
+    axes_[a] = {};
+    axes_[a].measured.reference_speed_rad_s = axis_info_[a].info.default_speed_rad_s;
+    axes_[a].measured.target = home[a];
+    axes_[a].measured.position_rad = home[a];
+    axes_[a].reference_rad = home[a];
+    axes_[a].previous_reference_rad = home[a];
+    axes_[a].trajectory.coefficient[0] = home[a];
+  }
+  robot.place(hinge_angles(home));
+  std::fill(hinge_torque_Nm_.begin(), hinge_torque_Nm_.end(), 0.0);
+  time_s_ = 0;
+  publish();
+}
+
+Status Drives::place(int part, std::span<const double> position_rad, RobotBody& robot) {
+  if (part < 0 || part >= static_cast<int>(parts_.size())) {
+    return Error{ErrorCode::kInvalidArgument, "no part has the index " + std::to_string(part)};
+  }
+  const PartInfo& info = parts_[static_cast<std::size_t>(part)];
+  if (position_rad.size() != info.joints.size()) {
+    return Error{ErrorCode::kInvalidArgument, info.name + " has " + std::to_string(info.joints.size()) +
+                                                  " joints, not " + std::to_string(position_rad.size())};
+  }
+  for (std::size_t j = 0; j < position_rad.size(); ++j) {
+    if (!(position_rad[j] >= info.joints[j].min_rad - 1e-9 &&
+          position_rad[j] <= info.joints[j].max_rad + 1e-9)) {
+      return Error{ErrorCode::kInvalidArgument,
+                   info.joints[j].name + " cannot be at " + number(position_rad[j]) + " rad: allowed are " +
+                       number(info.joints[j].min_rad) + " to " + number(info.joints[j].max_rad)};
+    }
+  }
+  // all other joints stay where they are measured
+  std::vector<double> angle(axes_.size());
+  for (std::size_t a = 0; a < axes_.size(); ++a) angle[a] = axes_[a].measured.position_rad;
+  for (std::size_t j = 0; j < position_rad.size(); ++j) {
+    const std::size_t a = axis_index(part, static_cast<int>(j));
+    angle[a] = position_rad[j];
+    AxisState& state = axes_[a];
+    state.measured.mode = JointMode::kPosition;
+    state.measured.target = position_rad[j];
+    state.measured.motion_done = true;
+    state.reference_rad = position_rad[j];
+    state.previous_reference_rad = position_rad[j];
+    state.reference_velocity_rad_s = 0;
+    state.trajectory = {};
+    state.trajectory.start_time_s = time_s_;
+    state.trajectory.coefficient[0] = position_rad[j];
+  }
+  robot.place(hinge_angles(angle));
+  steps_ = 0;
+  measure(robot);
+  return {};
+}
+
+Status Drives::check_joint(int part, int joint) const {
+  if (part < 0 || part >= static_cast<int>(parts_.size())) {
+    return Error{ErrorCode::kInvalidArgument, "no part has the index " + std::to_string(part) +
+                                                  "; there are " + std::to_string(parts_.size())};
+  }
+  const PartInfo& info = parts_[static_cast<std::size_t>(part)];
+  if (joint < 0 || joint >= static_cast<int>(info.joints.size())) {
+    return Error{ErrorCode::kInvalidArgument, info.name + " has no joint " + std::to_string(joint) +
+                                                  "; its joints are 0 to " +
+                                                  std::to_string(info.joints.size() - 1)};
+  }
+  return {};
+}
+
+Status Drives::command(int part, JointMode mode, std::span<const int> joints,
+                       std::span<const double> values) {
+  if (joints.size() != values.size()) {
+    return Error{ErrorCode::kInvalidArgument, "a command names " + std::to_string(joints.size()) +
+                                                  " joints but gives " + std::to_string(values.size()) +
+                                                  " values"};
+  }
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    if (Status known = check_joint(part, joints[i]); !known) return known;
+    if (std::count(joints.begin(), joints.end(), joints[i]) > 1) {
+      return Error{ErrorCode::kInvalidArgument, "a command names joint " + std::to_string(joints[i]) +
+                                                    " of " + parts_[static_cast<std::size_t>(part)].name +
+                                                    " twice"};
+    }
+    if (!std::isfinite(values[i])) {
+      return Error{ErrorCode::kInvalidArgument, std::string("the value for ") +
+                                                    axis_info_[axis_index(part, joints[i])].info.name +
+                                                    " is not a finite number"};
+    }
+  }
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    const std::size_t a = axis_index(part, joints[i]);
+    const JointInfo& info = axis_info_[a].info;
+    AxisState& state = axes_[a];
+    // coming from a mode without servo, the reference starts where the joint is
+    if (is_servo(mode) && !is_servo(state.measured.mode)) {
+      state.reference_rad = std::clamp(state.measured.position_rad, info.min_rad, info.max_rad);
+      state.previous_reference_rad = state.reference_rad;
+      state.reference_velocity_rad_s = 0;
+    }
+    const bool same_mode = state.measured.mode == mode;
+    state.measured.mode = mode;
+    double target = values[i];
+    switch (mode) {
+      case JointMode::kIdle:
+        target = 0;
+        break;
+      case JointMode::kPosition:
+        target = std::clamp(target, info.min_rad, info.max_rad);
+        // the same target again is not a new motion
+        if (!same_mode || target != state.measured.target) start_trajectory(a, target);
+        break;
+      case JointMode::kDirect:
+        target = std::clamp(target, info.min_rad, info.max_rad);
+        break;
+      case JointMode::kVelocity:
+        target = std::clamp(target, -info.max_velocity_rad_s, info.max_velocity_rad_s);
+        break;
+      case JointMode::kTorque:
+        target = std::clamp(target, -info.max_torque_Nm, info.max_torque_Nm);
+        break;
+      case JointMode::kPwm:
+        target = std::clamp(target, -1.0, 1.0);
+        break;
+    }
+    state.measured.target = target;
+    state.measured.motion_done = mode != JointMode::kPosition;
+  }
+  publish();
+  return {};
+}
+
+Status Drives::set_reference_speed(int part, int joint, double speed_rad_s) {
+  if (Status known = check_joint(part, joint); !known) return known;
+  const std::size_t a = axis_index(part, joint);
+  if (!std::isfinite(speed_rad_s) || speed_rad_s <= 0) {
+    return Error{ErrorCode::kInvalidArgument, "the reference speed of " + axis_info_[a].info.name +
+                                                  " must be a number above zero (rad/s)"};
+  }
+  axes_[a].measured.reference_speed_rad_s = std::min(speed_rad_s, axis_info_[a].info.max_velocity_rad_s);
+  publish();
+  return {};
+}
+
+Status Drives::stop(int part, int joint) {
+  if (Status known = check_joint(part, joint); !known) return known;
+  const std::size_t a = axis_index(part, joint);
+  AxisState& state = axes_[a];
+  const JointInfo& info = axis_info_[a].info;
+  const double here = std::clamp(state.measured.position_rad, info.min_rad, info.max_rad);
+  state.measured.mode = JointMode::kPosition;
+  state.measured.target = here;
+  state.reference_rad = here;
+  state.previous_reference_rad = here;
+  state.reference_velocity_rad_s = 0;
+  state.trajectory = {};
+  state.trajectory.start_time_s = time_s_;
+  state.trajectory.coefficient[0] = here;
+  publish();
+  return {};
+}
+
+void Drives::start_trajectory(std::size_t axis, double goal_rad) {
+  AxisState& state = axes_[axis];
+  const JointInfo& info = axis_info_[axis].info;
+  const double p0 = state.reference_rad;
+  const double v0 = state.reference_velocity_rad_s;
+  const double distance = goal_rad - p0;
+  // reference speed is the mean speed, the peak stays within the limit
+  double duration = std::abs(distance) / state.measured.reference_speed_rad_s;
+  duration = std::max({duration, kPeakOfMinimumJerk * std::abs(distance) / info.max_velocity_rad_s, 0.05});
+  // time to turn round or brake softly
+  if (std::abs(v0) > 1e-6) duration = std::max(duration, 0.2);
+  const double T = duration;
+  Trajectory& path = state.trajectory;
+  path.start_time_s = time_s_;
+  path.duration_s = T;
+  const double h = distance;
+  path.coefficient = {p0,
+                      v0,
+                      0,
+                      (20 * h - 12 * v0 * T) / (2 * T * T * T),
+                      (-30 * h + 16 * v0 * T) / (2 * T * T * T * T),
+                      (12 * h - 6 * v0 * T) / (2 * T * T * T * T * T)};
+}
+
+void Drives::advance_reference(std::size_t axis, double period_s) {
+  AxisState& state = axes_[axis];
+  const JointInfo& info = axis_info_[axis].info;
+  state.previous_reference_rad = state.reference_rad;
+  double next = state.reference_rad;
+  const double reach = info.max_velocity_rad_s * period_s;
+  switch (state.measured.mode) {
+    case JointMode::kPosition:
+      next = state.trajectory.position(time_s_ + period_s);
+      break;
+    case JointMode::kDirect:
+      next = state.measured.target;
+      break;
+    case JointMode::kVelocity:
+      next = state.reference_rad + state.measured.target * period_s;
+      next = std::clamp(next, state.measured.position_rad - kVelocityLeash_rad,
+                        state.measured.position_rad + kVelocityLeash_rad);
+      break;
+    default:
+      next = state.measured.position_rad;
+      break;
+  }
+  // no reference leaves the limits of position and velocity
+  next = std::clamp(next, state.previous_reference_rad - reach, state.previous_reference_rad + reach);
+  state.reference_rad = std::clamp(next, info.min_rad, info.max_rad);
+  state.reference_velocity_rad_s = (state.reference_rad - state.previous_reference_rad) / period_s;
+}
+
+void Drives::begin_period(double time_s, double period_s, const RobotBody& robot) {
+  time_s_ = time_s;
+  period_s_ = period_s;
+  for (std::size_t a = 0; a < axes_.size(); ++a) advance_reference(a, period_s);
+  robot.gravity_torques(gravity_Nm_);
+  std::fill(hinge_torque_Nm_.begin(), hinge_torque_Nm_.end(), 0.0);
+  steps_ = 0;
+}
+
+void Drives::drive(double fraction, const RobotBody& robot) {
+  for (std::size_t i = 1; i < hinges_.size(); ++i) {
+    const Hinge& hinge = hinges_[i];
+    double reference = hinge.offset_rad;
+    double feedforward = 0;
+    double torque = 0;
+    bool servo = false;
+    bool idle = true;
+    for (const auto& [a, multiplier] : hinge.axes) {
+      const AxisState& state = axes_[a];
+      const double now =
+          state.previous_reference_rad + fraction * (state.reference_rad - state.previous_reference_rad);
+      reference += multiplier * now;
+      feedforward += multiplier * state.reference_velocity_rad_s;
+      const JointMode mode = state.measured.mode;
+      servo = servo || is_servo(mode);
+      idle = idle && mode == JointMode::kIdle;
+      const double sign = multiplier < 0 ? -1 : 1;
+      if (mode == JointMode::kTorque) torque += sign * state.measured.target;
+      if (mode == JointMode::kPwm) torque += sign * state.measured.target * hinge.max_torque_Nm;
+    }
+    dJointID joint = robot.hinges()[i];
+    added_torque_Nm_[i] = 0;
+    if (servo) {
+      const double error = reference - robot.angle_rad(i);
+      const double velocity = std::clamp(feedforward + hinge.gain_1_s * error, -hinge.max_velocity_rad_s,
+                                         hinge.max_velocity_rad_s);
+      // what the motor spends on gravity it does not have for the rest
+      const double left = std::max(hinge.max_torque_Nm - std::abs(gravity_Nm_[i]), 0.1 * hinge.max_torque_Nm);
+      dJointSetHingeParam(joint, dParamVel, velocity);
+      dJointSetHingeParam(joint, dParamFMax, left);
+      continue;
+    }
+    // without a servo gravity pulls at the hinge
+    const double rate = robot.velocity_rad_s(i);
+    torque = std::clamp(torque, -hinge.max_torque_Nm, hinge.max_torque_Nm);
+    if (std::abs(rate) > hinge.max_velocity_rad_s) {
+      // beyond its speed limit the motor only brakes
+      dJointSetHingeParam(joint, dParamVel, rate > 0 ? hinge.max_velocity_rad_s : -hinge.max_velocity_rad_s);
+      dJointSetHingeParam(joint, dParamFMax, hinge.max_torque_Nm);
+      torque = 0;
+    } else {
+      dJointSetHingeParam(joint, dParamVel, 0);
+      dJointSetHingeParam(joint, dParamFMax,
+                          (idle ? kIdleFriction : 0.2 * kIdleFriction) * hinge.max_torque_Nm);
+    }
+    added_torque_Nm_[i] = torque;
+    dJointAddHingeTorque(joint, torque + gravity_Nm_[i]);
+  }
+}
+
+void Drives::accumulate(const RobotBody& robot) {
+  for (std::size_t i = 1; i < hinges_.size(); ++i) {
+    const Hinge& hinge = hinges_[i];
+    bool servo = false;
+    for (const auto& [a, multiplier] : hinge.axes) servo = servo || is_servo(axes_[a].measured.mode);
+    // a servo also bears gravity, which the solver does not see
+    hinge_torque_Nm_[i] += servo ? robot.constraint_torque_Nm(i) - gravity_Nm_[i]
+                                 : robot.constraint_torque_Nm(i) + added_torque_Nm_[i];
+  }
+  ++steps_;
+}
+
+void Drives::measure(const RobotBody& robot) {
+  if (steps_ > 0) {
+    for (double& torque : hinge_torque_Nm_) torque /= steps_;
+    time_s_ += period_s_;
+    steps_ = 0;
+  }
+  for (std::size_t a = 0; a < axes_.size(); ++a) {
+    JointState& state = axes_[a].measured;
+    state.position_rad = 0;
+    state.velocity_rad_s = 0;
+    for (const auto& [link, factor] : inverse_[a]) {
+      state.position_rad += factor * (robot.angle_rad(link) - hinges_[link].offset_rad);
+      state.velocity_rad_s += factor * robot.velocity_rad_s(link);
+    }
+    state.torque_Nm = 0;
+    for (const Share& share : axis_info_[a].shares) {
+      const double torque = (share.multiplier < 0 ? -1 : 1) * hinge_torque_Nm_[share.link];
+      state.torque_Nm += torque / static_cast<double>(axis_info_[a].shares.size());
+    }
+    if (state.mode == JointMode::kPosition) {
+      const Trajectory& path = axes_[a].trajectory;
+      state.motion_done = time_s_ >= path.start_time_s + path.duration_s - 1e-9 &&
+                          std::abs(state.position_rad - state.target) < kDone_rad;
+    }
+  }
+  publish();
+}
+
+void Drives::publish() {
+  for (std::size_t a = 0; a < axes_.size(); ++a) {
+    const auto part = static_cast<std::size_t>(axis_info_[a].part);
+    measured_[part][a - first_axis_[part]] = axes_[a].measured;
+  }
+}
+
+void Drives::restore(const State& state) {
+  axes_ = state.axes;
+  hinge_torque_Nm_ = state.applied_torque_Nm;
+  time_s_ = state.time_s;
+  steps_ = 0;
+  publish();
+}
+
+}  // namespace nido::sim

@@ -1,0 +1,91 @@
+#pragma once
+
+#include <ode/ode.h>
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "nido/simulator/simulation.h"
+#include "shapes.h"
+
+namespace nido::sim {
+
+// How something touches.
+struct Surface {
+  double friction = 1.0;      // a pair slides at the geometric mean of both
+  double restitution = 0.0;   // a pair bounces with the lower of both
+  double rolling_m = 0.0003;  // resistance to rolling: lever arm
+};
+
+// What an object is, before it is in the world.
+struct ObjectDescription {
+  std::string name;
+  std::string kind;  // "box", "sph", "cyl", "model", "basket", "bear", "table", ...
+  bool is_static = false;
+  bool touches_robot = true;  // the world vocabulary's collide flag
+  Surface surface;
+  std::vector<PlacedShape> shapes;  // in the object's frame, with their masses
+  Eigen::Isometry3d X_WorldObject = Eigen::Isometry3d::Identity();  // at the start
+};
+
+[[nodiscard]] double mass_kg(const ObjectDescription& description);
+// Box around the shapes in the object's frame.
+[[nodiscard]] Eigen::AlignedBox3d bounds(const ObjectDescription& description);
+// Scales the mass of all shapes so that their sum is this.
+void set_mass(ObjectDescription& description, double mass_kg);
+
+// An object in the world.
+class ObjectBody {
+ public:
+  ObjectBody(dWorldID world, ObjectDescription description);
+  ~ObjectBody();
+  ObjectBody(const ObjectBody&) = delete;
+  ObjectBody& operator=(const ObjectBody&) = delete;
+
+  [[nodiscard]] const ObjectDescription& description() const { return description_; }
+  [[nodiscard]] dBodyID body() const { return body_; }  // nullptr: static
+  [[nodiscard]] const std::vector<dGeomID>& geoms() const { return geoms_; }
+  [[nodiscard]] Eigen::Isometry3d X_WorldObject() const;
+  [[nodiscard]] ObjectState state() const;
+
+  // At rest there.
+  void place(const Eigen::Isometry3d& X_WorldObject);
+  void set_colour(const std::array<float, 3>& rgb);
+  void set_surface(const Surface& surface) { description_.surface = surface; }
+  void set_mass_kg(double mass_kg);
+
+  // Objects at rest for a while sleep until something touches or moves them; counted in physics steps.
+  void rest_if_quiet(double step_s);
+  void wake();
+
+  struct Motion {
+    Eigen::Isometry3d X_WorldObject = Eigen::Isometry3d::Identity();  // static objects only
+    std::array<dReal, 3> position{};
+    std::array<dReal, 4> quaternion{};
+    std::array<dReal, 12> rotation{};
+    std::array<dReal, 3> velocity{};
+    std::array<dReal, 3> angular_velocity{};
+    bool enabled = true;
+    double quiet_s = 0;
+  };
+  [[nodiscard]] Motion motion() const;
+  void set_motion(const Motion& motion);
+
+ private:
+  void apply_mass();
+
+  ObjectDescription description_;
+  dBodyID body_ = nullptr;
+  std::vector<dGeomID> geoms_;
+  std::vector<dTriMeshDataID> mesh_data_;
+  Eigen::Vector3d p_ObjectCom_m_ = Eigen::Vector3d::Zero();
+  Eigen::Isometry3d X_WorldStatic_ = Eigen::Isometry3d::Identity();
+  double quiet_s_ = 0;
+};
+
+// Bit-exact copies of a body's motion; ODE's setters normalise and so round.
+ObjectBody::Motion read_motion(dBodyID body);
+void write_motion(dBodyID body, const ObjectBody::Motion& motion);
+
+}  // namespace nido::sim

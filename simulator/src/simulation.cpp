@@ -1,0 +1,440 @@
+#include "nido/simulator/simulation.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "ode_library.h"
+#include "simulation_impl.h"
+
+namespace nido::sim {
+
+struct SavedState::Data {
+  const void* owner = nullptr;
+  std::uint64_t object_set = 0;
+  std::int64_t period = 0;
+  std::vector<ObjectBody::Motion> links;
+  std::vector<ObjectBody::Motion> objects;
+  Drives::State drives;
+  Contacts::State contacts;
+  std::array<Eigen::Vector3d, 2> head_velocity = {Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
+  LimbForces limb_forces;
+};
+
+SavedState::SavedState() : data_(std::make_unique<Data>()) {}
+SavedState::~SavedState() = default;
+SavedState::SavedState(const SavedState& other) : data_(std::make_unique<Data>(*other.data_)) {}
+SavedState::SavedState(SavedState&& other) noexcept = default;
+SavedState& SavedState::operator=(const SavedState& other) {
+  if (this != &other) data_ = std::make_unique<Data>(*other.data_);
+  return *this;
+}
+SavedState& SavedState::operator=(SavedState&& other) noexcept = default;
+
+bool HoldQuery::held() const {
+  const auto any = [](const std::array<bool, kPadCount>& pads) {
+    return std::any_of(pads.begin(), pads.end(), [](bool on) { return on; });
+  };
+  return (any(left) || any(right)) && !world;
+}
+
+int Simulation::Impl::find_object(std::string_view name) const {
+  for (std::size_t i = 0; i < objects.size(); ++i) {
+    if (objects[i]->description().name == name) return static_cast<int>(i);
+  }
+  return -1;
+}
+
+void Simulation::Impl::build_objects() {
+  objects.clear();
+  for (const ObjectDescription& description : start.objects) {
+    objects.push_back(std::make_unique<ObjectBody>(world.id(), description));
+  }
+  ++revision;
+  ++object_set;
+}
+
+void Simulation::Impl::wake_all() {
+  for (auto& object : objects) object->wake();
+}
+
+Status Simulation::Impl::check_finite() const {
+  const auto sane = [](dBodyID body) {
+    const dReal* p = dBodyGetPosition(body);
+    const dReal* v = dBodyGetLinearVel(body);
+    const dReal* w = dBodyGetAngularVel(body);
+    double sum = 0;
+    for (int i = 0; i < 3; ++i) sum += std::abs(p[i]) + 1e-3 * std::abs(v[i]) + 1e-3 * std::abs(w[i]);
+    return std::isfinite(sum) && sum < 1e4;
+  };
+  for (std::size_t i = 1; i < robot->link_count(); ++i) {
+    if (!sane(robot->bodies()[i])) {
+      return Error{ErrorCode::kFailed,
+                   "the physics lost the robot's link " + robot->description().links[i].name + " at " +
+                       std::to_string(static_cast<double>(period) * kControlPeriod_s) + " s"};
+    }
+  }
+  for (const auto& object : objects) {
+    if (object->body() != nullptr && !sane(object->body())) {
+      return Error{ErrorCode::kFailed, "the physics lost the object " + object->description().name + " at " +
+                                           std::to_string(static_cast<double>(period) * kControlPeriod_s) +
+                                           " s"};
+    }
+  }
+  return {};
+}
+
+Eigen::Vector3d Simulation::Impl::velocity_of(const RobotBody::Frame& frame) const {
+  if (frame.link <= 0) return Eigen::Vector3d::Zero();
+  dBodyID body = robot->bodies()[static_cast<std::size_t>(frame.link)];
+  const Eigen::Vector3d lever = pose(frame).translation() - to_eigen(dBodyGetPosition(body));
+  return to_eigen(dBodyGetLinearVel(body)) + to_eigen(dBodyGetAngularVel(body)).cross(lever);
+}
+
+Simulation::Simulation(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+
+Simulation::~Simulation() {
+  // bodies go before their world
+  prepare_ode();
+  impl_->objects.clear();
+  impl_->contacts.reset();
+  impl_->drives.reset();
+  impl_->robot.reset();
+}
+
+Result<std::unique_ptr<Simulation>> Simulation::create(const SimulationOptions& options) {
+  prepare_ode();
+  const double steps = kControlPeriod_s / options.physics_step_s;
+  if (!(options.physics_step_s > 0) || std::abs(steps - std::round(steps)) > 1e-6 || std::round(steps) < 1) {
+    return Error{ErrorCode::kInvalidArgument, "the physics step must divide the control period of 10 ms"};
+  }
+  if (options.solver_iterations < 20 || options.solver_iterations > 1000) {
+    return Error{ErrorCode::kInvalidArgument,
+                 "solver_iterations must be 20 to 1000; with fewer the joints come apart"};
+  }
+  auto description = read_robot(options.urdf_path);
+  if (!description) return description.error();
+  auto model = RobotModel::load(options.urdf_path);
+  if (!model) return model.error();
+  auto block = read_control_block(*model, options.urdf_path.string());
+  if (!block) return block.error();
+  auto world = read_world(options);
+  if (!world) return world.error();
+
+  try {
+    auto impl = std::make_unique<Impl>();
+    impl->options = options;
+    impl->block = std::move(*block);
+    impl->start = std::move(*world);
+    dWorldID id = impl->world.id();
+    dWorldSetGravity(id, 0, 0, -9.81);
+    dWorldSetERP(id, 0.4);
+    dWorldSetCFM(id, 1e-7);
+    dWorldSetContactMaxCorrectingVel(id, 1.0);
+    dWorldSetContactSurfaceLayer(id, 0.0002);
+    dWorldSetQuickStepNumIterations(id, options.solver_iterations);
+    dWorldSetAutoDisableFlag(id, 0);
+
+    impl->robot = std::make_unique<RobotBody>(id, std::move(*description));
+    auto drives = Drives::create(*impl->robot, impl->block);
+    if (!drives)
+      return Error{drives.error().code, options.urdf_path.string() + ": " + drives.error().message};
+    impl->drives = std::make_unique<Drives>(std::move(*drives));
+    impl->contacts = std::make_unique<Contacts>(id, *impl->robot, impl->block);
+    for (const LinkDescription& link : impl->robot->description().links) {
+      for (const NamedFrame& frame : link.frames) impl->link_names.push_back(frame.name);
+    }
+    for (std::size_t eye = 0; eye < 2; ++eye) {
+      impl->cameras[eye] = impl->robot->find_frame(impl->block.camera_links[eye]);
+      if (impl->cameras[eye].link < 0) {
+        return Error{ErrorCode::kInvalidArgument,
+                     options.urdf_path.string() + ": the <nido> element names the camera link \"" +
+                         impl->block.camera_links[eye] + "\", which is not there"};
+      }
+    }
+    impl->limb_forces = std::make_unique<LimbForces>(*impl->robot, impl->block);
+    impl->inertial = impl->robot->find_frame(impl->block.inertial_link);
+    impl->drives->go_home(*impl->robot);
+    impl->build_objects();
+    auto simulation = std::unique_ptr<Simulation>(new Simulation(std::move(impl)));
+    simulation->impl_->drives->measure(*simulation->impl_->robot);
+    simulation->impl_->limb_forces->restart(*simulation->impl_->robot);
+    return simulation;
+  } catch (const OdeError& e) {
+    return Error{ErrorCode::kFailed, e.what()};
+  }
+}
+
+double Simulation::time_s() const { return static_cast<double>(impl_->period) * kControlPeriod_s; }
+
+std::int64_t Simulation::time_ns() const { return impl_->period * 10'000'000; }
+
+Status Simulation::step(double duration_s) {
+  if (!std::isfinite(duration_s) || duration_s < 0 || duration_s > 1e5) {
+    return Error{ErrorCode::kInvalidArgument,
+                 "a simulation steps forward by a finite time of at most 100000 s"};
+  }
+  Impl& s = *impl_;
+  if (!s.failure.empty()) return Error{ErrorCode::kFailed, s.failure};
+  prepare_ode();
+  const auto periods = std::max<std::int64_t>(1, std::llround(duration_s / kControlPeriod_s));
+  const int steps = static_cast<int>(std::lround(kControlPeriod_s / s.options.physics_step_s));
+  try {
+    for (std::int64_t p = 0; p < periods; ++p) {
+      s.drives->begin_period(time_s(), kControlPeriod_s, *s.robot);
+      s.contacts->begin_period();
+      for (int i = 0; i < steps; ++i) {
+        // the order of the solver's rows follows from seed and time alone, so that a restored state has the
+        // same future
+        seed_solver(static_cast<std::uint32_t>(s.options.seed * 1000003ULL + s.period * steps + i));
+        s.drives->drive((i + 1.0) / steps, *s.robot);
+        s.contacts->find(s.objects, s.options.physics_step_s);
+        if (dWorldQuickStep(s.world.id(), s.options.physics_step_s) == 0)
+          throw OdeError("physics engine: out of memory");
+        s.contacts->read_forces();
+        s.drives->accumulate(*s.robot);
+      }
+      s.contacts->end_period();
+      ++s.period;
+      if (Status sane = s.check_finite(); !sane) {
+        s.failure = sane.error().message;
+        return sane;
+      }
+      s.drives->measure(*s.robot);
+      s.limb_forces->measure(*s.robot, *s.contacts, kControlPeriod_s);
+      s.head_velocity[1] = s.head_velocity[0];
+      s.head_velocity[0] = s.velocity_of(s.inertial);
+    }
+  } catch (const OdeError& e) {
+    s.failure = e.what();
+    return Error{ErrorCode::kFailed, s.failure};
+  }
+  return {};
+}
+
+void Simulation::reset() {
+  prepare_ode();
+  Impl& s = *impl_;
+  s.failure.clear();
+  s.period = 0;
+  s.head_velocity.fill(Eigen::Vector3d::Zero());
+  s.contacts->restore({});
+  s.drives->go_home(*s.robot);
+  s.drives->measure(*s.robot);
+  s.limb_forces->restart(*s.robot);
+  s.build_objects();
+}
+
+SavedState Simulation::save() const {
+  SavedState state;
+  SavedState::Data& d = *state.data_;
+  const Impl& s = *impl_;
+  d.owner = impl_.get();
+  d.object_set = s.object_set;
+  d.period = s.period;
+  for (std::size_t i = 1; i < s.robot->link_count(); ++i)
+    d.links.push_back(read_motion(s.robot->bodies()[i]));
+  for (const auto& object : s.objects) d.objects.push_back(object->motion());
+  d.drives = s.drives->save();
+  d.contacts = s.contacts->save();
+  d.head_velocity = s.head_velocity;
+  d.limb_forces = *s.limb_forces;
+  return state;
+}
+
+Status Simulation::restore(const SavedState& state) {
+  prepare_ode();
+  Impl& s = *impl_;
+  if (!state.data_ || state.data_->owner != impl_.get()) {
+    return Error{ErrorCode::kInvalidArgument, "a saved state belongs to the simulation that saved it"};
+  }
+  const SavedState::Data& d = *state.data_;
+  if (d.object_set != s.object_set) {
+    return Error{ErrorCode::kInvalidArgument, "objects were made or deleted since the state was saved"};
+  }
+  for (std::size_t i = 1; i < s.robot->link_count(); ++i) write_motion(s.robot->bodies()[i], d.links[i - 1]);
+  for (std::size_t i = 0; i < s.objects.size(); ++i) s.objects[i]->set_motion(d.objects[i]);
+  s.drives->restore(d.drives);
+  s.contacts->restore(d.contacts);
+  s.period = d.period;
+  s.head_velocity = d.head_velocity;
+  *s.limb_forces = d.limb_forces;
+  s.failure.clear();
+  return {};
+}
+
+const std::vector<PartInfo>& Simulation::parts() const { return impl_->drives->parts(); }
+
+int Simulation::part_index(std::string_view name) const {
+  const auto& all = parts();
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (all[i].name == name) return static_cast<int>(i);
+  }
+  return -1;
+}
+
+std::span<const JointState> Simulation::joints(int part) const { return impl_->drives->joints(part); }
+
+Status Simulation::command(int part, JointMode mode, std::span<const int> joints,
+                           std::span<const double> values) {
+  return impl_->drives->command(part, mode, joints, values);
+}
+
+Status Simulation::command_all(int part, JointMode mode, std::span<const double> values) {
+  std::vector<int> all(values.size());
+  for (std::size_t i = 0; i < all.size(); ++i) all[i] = static_cast<int>(i);
+  if (part >= 0 && part < static_cast<int>(parts().size()) &&
+      values.size() != parts()[static_cast<std::size_t>(part)].joints.size()) {
+    const PartInfo& info = parts()[static_cast<std::size_t>(part)];
+    return Error{ErrorCode::kInvalidArgument, info.name + " has " + std::to_string(info.joints.size()) +
+                                                  " joints, not " + std::to_string(values.size())};
+  }
+  return impl_->drives->command(part, mode, all, values);
+}
+
+Status Simulation::set_reference_speed(int part, int joint, double speed_rad_s) {
+  return impl_->drives->set_reference_speed(part, joint, speed_rad_s);
+}
+
+Status Simulation::stop(int part, int joint) { return impl_->drives->stop(part, joint); }
+
+Status Simulation::place_joints(int part, std::span<const double> position_rad) {
+  return impl_->drives->place(part, position_rad, *impl_->robot);
+}
+
+const HandTouch& Simulation::touch(Hand hand) const { return impl_->contacts->touch(hand); }
+
+Eigen::Isometry3d Simulation::X_WorldCamera(Eye eye) const {
+  return impl_->pose(impl_->cameras[eye == Eye::kLeft ? 0 : 1]);
+}
+
+Simulation::Inertial Simulation::inertial() const {
+  const Impl& s = *impl_;
+  Inertial out;
+  if (s.inertial.link < 0) return out;
+  const Eigen::Isometry3d X = s.pose(s.inertial);
+  const Eigen::Matrix3d R_SensorWorld = X.linear().transpose();
+  out.q_WorldSensor = Eigen::Quaterniond(X.linear());
+  const Eigen::Vector3d acceleration = (s.head_velocity[0] - s.head_velocity[1]) / kControlPeriod_s;
+  out.acceleration_m_s2 = R_SensorWorld * (acceleration + Eigen::Vector3d(0, 0, 9.81));
+  if (s.inertial.link > 0) {
+    out.angular_velocity_rad_s =
+        R_SensorWorld *
+        to_eigen(dBodyGetAngularVel(s.robot->bodies()[static_cast<std::size_t>(s.inertial.link)]));
+  }
+  return out;
+}
+
+Result<Simulation::Wrench> Simulation::force_torque(std::string_view limb) const {
+  const Impl& s = *impl_;
+  for (std::size_t i = 0; i < s.block.force_torque.size(); ++i) {
+    if (s.block.force_torque[i].first == limb) return s.limb_forces->wrench(i);
+  }
+  return Error{ErrorCode::kNotFound, "no limb \"" + std::string(limb) + "\" has a force/torque sensor"};
+}
+
+const std::vector<std::string>& Simulation::link_names() const { return impl_->link_names; }
+
+Result<Eigen::Isometry3d> Simulation::X_WorldLink(std::string_view link) const {
+  const RobotBody::Frame frame = impl_->robot->find_frame(link);
+  if (frame.link < 0)
+    return Error{ErrorCode::kNotFound, "the robot has no link \"" + std::string(link) + "\""};
+  return impl_->pose(frame);
+}
+
+std::vector<ObjectState> Simulation::objects() const {
+  std::vector<ObjectState> states;
+  for (const auto& object : impl_->objects) states.push_back(object->state());
+  return states;
+}
+
+Result<ObjectState> Simulation::object(std::string_view name) const {
+  const int index = impl_->find_object(name);
+  if (index < 0) return Error{ErrorCode::kNotFound, "the world has no object \"" + std::string(name) + "\""};
+  return impl_->objects[static_cast<std::size_t>(index)]->state();
+}
+
+std::vector<ContactPair> Simulation::contacts() const { return impl_->contacts->pairs(impl_->objects); }
+
+Result<HoldQuery> Simulation::hold(std::string_view object) const {
+  const int index = impl_->find_object(object);
+  if (index < 0)
+    return Error{ErrorCode::kNotFound, "the world has no object \"" + std::string(object) + "\""};
+  return impl_->contacts->hold(static_cast<std::size_t>(index), impl_->objects);
+}
+
+Result<bool> Simulation::is_inside(std::string_view object, std::string_view basket) const {
+  for (const std::string_view name : {object, basket}) {
+    if (impl_->find_object(name) < 0) {
+      return Error{ErrorCode::kNotFound, "the world has no object \"" + std::string(name) + "\""};
+    }
+  }
+  const ObjectBody& thing = *impl_->objects[static_cast<std::size_t>(impl_->find_object(object))];
+  const ObjectBody& box = *impl_->objects[static_cast<std::size_t>(impl_->find_object(basket))];
+  const Eigen::AlignedBox3d inner = bounds(box.description());
+  const Eigen::AlignedBox3d outer = bounds(thing.description());
+  // middle of the thing in the basket's frame
+  const Eigen::Vector3d p = box.X_WorldObject().inverse() * (thing.X_WorldObject() * outer.center());
+  const double height = outer.sizes().maxCoeff();
+  return p.x() > inner.min().x() && p.x() < inner.max().x() && p.y() > inner.min().y() &&
+         p.y() < inner.max().y() && p.z() > inner.min().z() && p.z() < inner.max().z() + height / 2;
+}
+
+void Simulation::scene(SceneSnapshot& out) const {
+  const Impl& s = *impl_;
+  const bool same = out.revision == s.revision && !out.instances.empty();
+  std::size_t next = 0;
+  const auto put = [&](const std::string& name, const VisualShape& shape, const Eigen::Isometry3d& X) {
+    if (!same) {
+      out.instances.push_back({name, shape, X});
+    } else {
+      out.instances[next].X_WorldShape = X;
+    }
+    ++next;
+  };
+  if (!same) out.instances.clear();
+  out.revision = s.revision;
+  for (std::size_t i = 0; i < s.robot->link_count(); ++i) {
+    const Eigen::Isometry3d X_WorldLink = s.robot->X_WorldLink(i);
+    for (const LinkShape& visual : s.robot->description().links[i].visuals) {
+      put(visual.urdf_link, visual.placed.shape, X_WorldLink * visual.placed.X_OwnerShape);
+    }
+  }
+  for (const auto& object : s.objects) {
+    const Eigen::Isometry3d X_WorldObject = object->X_WorldObject();
+    for (const PlacedShape& shape : object->description().shapes) {
+      put(object->description().name, shape.shape, X_WorldObject * shape.X_OwnerShape);
+    }
+  }
+}
+
+std::uint64_t Simulation::state_hash() const {
+  const Impl& s = *impl_;
+  std::uint64_t hash = 1469598103934665603ULL;
+  const auto add = [&hash](const dReal* values, int count) {
+    for (int i = 0; i < count; ++i) {
+      std::uint64_t bits = 0;
+      std::memcpy(&bits, &values[i], sizeof bits);
+      hash = (hash ^ bits) * 1099511628211ULL;
+      hash ^= hash >> 29U;
+    }
+  };
+  const auto add_body = [&add](dBodyID body) {
+    add(dBodyGetPosition(body), 3);
+    add(dBodyGetQuaternion(body), 4);
+    add(dBodyGetLinearVel(body), 3);
+    add(dBodyGetAngularVel(body), 3);
+  };
+  for (std::size_t i = 1; i < s.robot->link_count(); ++i) add_body(s.robot->bodies()[i]);
+  for (const auto& object : s.objects) {
+    if (object->body() != nullptr) add_body(object->body());
+  }
+  return hash;
+}
+
+std::string Simulation::world(const std::string& line) {
+  prepare_ode();
+  return run_world_command(*impl_, line);
+}
+
+}  // namespace nido::sim

@@ -1,0 +1,68 @@
+#pragma once
+
+#include <ode/ode.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "contacts.h"
+#include "control_block.h"
+#include "drives.h"
+#include "limb_forces.h"
+#include "nido/simulator/simulation.h"
+#include "objects.h"
+#include "robot_body.h"
+#include "world_file.h"
+
+namespace nido::sim {
+
+// Owns an ODE world; must outlive everything in it.
+class OdeWorld {
+ public:
+  OdeWorld() : id_(dWorldCreate()) {}
+  ~OdeWorld() { dWorldDestroy(id_); }
+  OdeWorld(const OdeWorld&) = delete;
+  OdeWorld& operator=(const OdeWorld&) = delete;
+  [[nodiscard]] dWorldID id() const { return id_; }
+
+ private:
+  dWorldID id_;
+};
+
+// What a Simulation is inside. The world's text commands work on it too.
+struct Simulation::Impl {
+  SimulationOptions options;
+  ControlBlock block;
+  WorldDescription start;  // the world as it was made, for reset
+  OdeWorld world;
+  std::unique_ptr<RobotBody> robot;
+  std::unique_ptr<Drives> drives;
+  std::unique_ptr<Contacts> contacts;
+  std::unique_ptr<LimbForces> limb_forces;
+  std::vector<std::unique_ptr<ObjectBody>> objects;
+  std::int64_t period = 0;       // control periods since the start
+  std::uint64_t revision = 1;    // of what there is to draw
+  std::uint64_t object_set = 1;  // changes when objects are made or deleted
+  std::string failure;           // why the simulation stopped; empty: it runs
+  std::vector<std::string> link_names;
+  std::array<RobotBody::Frame, 2> cameras;
+  std::array<Eigen::Vector3d, 2> head_velocity = {Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};  // of the inertial sensor, now and a period before
+  RobotBody::Frame inertial;
+
+  void build_objects();
+  // Index or -1.
+  [[nodiscard]] int find_object(std::string_view name) const;
+  // Everything that sleeps looks again whether it still lies on something.
+  void wake_all();
+  [[nodiscard]] Status check_finite() const;
+  [[nodiscard]] Eigen::Isometry3d pose(const RobotBody::Frame& frame) const {
+    return robot->X_WorldLink(static_cast<std::size_t>(frame.link)) * frame.X_LinkFrame;
+  }
+  [[nodiscard]] Eigen::Vector3d velocity_of(const RobotBody::Frame& frame) const;
+};
+
+// The world port's vocabulary; docs/world.md.
+std::string run_world_command(Simulation::Impl& simulation, const std::string& line);
+
+}  // namespace nido::sim
