@@ -15,8 +15,8 @@ Eigen::Vector3d PinholeCamera::ray_Camera(const Eigen::Vector2d& px) const {
 }
 
 bool PinholeCamera::contains(const Eigen::Vector2d& px, double margin_px) const {
-  return px.x() >= margin_px && px.y() >= margin_px && px.x() <= width_px - 1 - margin_px &&
-         px.y() <= height_px - 1 - margin_px;
+  return px.x() >= margin_px && px.y() >= margin_px && px.x() <= width_px - margin_px &&
+         px.y() <= height_px - margin_px;
 }
 
 Ray ray_of_pixel(const PinholeCamera& camera, const Eigen::Isometry3d& X_FrameCamera,

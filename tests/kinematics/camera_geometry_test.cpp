@@ -22,7 +22,7 @@ TEST(PinholeCamera, ProjectsAndComesBack) {
   EXPECT_FALSE(camera.project({0.1, 0.1, -1}));
   EXPECT_TRUE(camera.contains({0, 0}));
   EXPECT_FALSE(camera.contains({0, 0}, 1));
-  EXPECT_FALSE(camera.contains({320, 100}));
+  EXPECT_FALSE(camera.contains({320.5, 100}));
 }
 
 TEST(Triangulate, FindsThePointAndTheGap) {
