@@ -1,0 +1,278 @@
+// nido: the command line (docs/cli.md).
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdlib>
+
+#include "nido/launcher/launch.h"
+#include "verbs.h"
+
+namespace {
+
+using nido::LaunchRequest;
+using nido::Override;
+namespace cli = nido::cli;
+
+int domain_of_environment() {
+  for (const char* name : {"NIDO_DOMAIN", "ROS_DOMAIN_ID"}) {
+    const char* text = std::getenv(name);
+    if (text != nullptr && *text != '\0') return std::atoi(text);
+  }
+  return 0;
+}
+
+// `nido launch`: options become overrides of the app's defaults, in one place with their names.
+void add_launch(CLI::App& root, LaunchRequest& request) {
+  CLI::App* verb = root.add_subcommand("launch", "start an app's processes, tell its story, stop them all");
+  verb->footer(
+      "examples\n"
+      "  nido launch speech_and_action --say \"grasp red ball\" --seed 7\n"
+      "  nido launch speech_and_action --world random_table --rate 1 --verbose\n"
+      "  nido launch speech_and_action --set wall_limit_s=60 --set vision.show=true --dump");
+  verb->add_option("app", request.app, "name of an app in config/apps, or a file")->required();
+  verb->add_option("--set", request.sets,
+                   "set any key of the app file: KEY=VALUE (seed=3, vision.threshold=0.5)")
+      ->expected(1)
+      ->take_all()
+      ->type_name("KEY=VALUE");
+  const auto text = [&](const char* option, const char* path, const char* meaning, const char* type) {
+    verb->add_option_function<std::string>(
+            option,
+            [&request, option = std::string(option), path = std::string(path)](const std::string& value) {
+              request.options.push_back({path, YAML::Node(value), option + " " + value});
+            },
+            meaning)
+        ->type_name(type)
+        ->take_last();
+  };
+  text("--robot", "defaults.robot", "robot file: a name in config/robots, or a path", "FILE");
+  text("--world", "defaults.world", "world: a name in config/worlds, or a path", "NAME|FILE");
+  text("--seed", "defaults.seed", "seeds every random generator", "N");
+  text("--rate", "defaults.rate", "simulated seconds in a second, or max", "R|max");
+  text("--domain", "defaults.domain", "DDS domain; ROS_DOMAIN_ID or 0 otherwise", "N");
+  text("--for", "defaults.for_s", "end after this simulated time, s", "SECONDS");
+  text("--voice", "defaults.audio.voice", "espeak-ng voice of --say", "V");
+  const auto source = [&request](const std::string& kind, const std::string& origin) {
+    request.options.push_back({"defaults.audio.source", YAML::Node(kind), origin});
+  };
+  auto* say = verb->add_option_function<std::string>(
+      "--say",
+      [&request, source](const std::string& value) {
+        source("synthesis", "--say " + value);
+        request.options.push_back({"defaults.audio.text", YAML::Node(value), "--say " + value});
+      },
+      "what the robot is told, by speech synthesis");
+  say->type_name("TEXT")->take_last();
+  auto* audio = verb->add_option_function<std::string>(
+      "--audio",
+      [&request, source](const std::string& value) {
+        source("wav", "--audio " + value);
+        request.options.push_back({"defaults.audio.file", YAML::Node(value), "--audio " + value});
+      },
+      "a sound file that the robot hears");
+  audio->type_name("FILE")->take_last();
+  auto* mic = verb->add_flag_callback(
+      "--mic", [source] { source("microphone", "--mic"); }, "the robot hears this computer's microphone");
+  say->excludes(audio)->excludes(mic);
+  audio->excludes(mic);
+  verb->add_flag_callback(
+      "--lockstep",
+      [&request] {
+        request.options.push_back({"defaults.lockstep", YAML::Node(true), "--lockstep"});
+      },
+      "the simulator waits for every node at every tick: repeatable");
+  verb->add_option("--out", request.out,
+                   "folder for what the run leaves behind; out/TIME-APP and out/latest otherwise")
+      ->type_name("DIR");
+  for (const char* option : {"--record", "--dashboard"}) {
+    verb->add_option_function<std::string>(
+            option,
+            [option](const std::string&) {
+              throw CLI::ValidationError(option, "this version cannot do that yet");
+            },
+            "not in this version")
+        ->expected(0, 1)
+        ->group("");
+  }
+  verb->add_flag("--verbose,-v", request.verbose, "show the processes' output");
+  verb->add_flag("--json", request.json, "the outcome as JSON on stdout, the story on stderr");
+  verb->add_flag("--dump", request.dump, "print the app with every default filled in, start nothing");
+  verb->callback([&request] { throw CLI::RuntimeError(nido::run_launch(request)); });
+}
+
+class Verbs {
+ public:
+  explicit Verbs(CLI::App& root) : root_(root) {}
+
+  // A verb that looks into a domain: with --json, --domain, --wait and an example.
+  CLI::App* add(CLI::App* parent, const std::string& name, const std::string& meaning,
+                const std::string& example) {
+    CLI::App* verb = (parent == nullptr ? &root_ : parent)->add_subcommand(name, meaning);
+    verb->footer("example\n  " + example);
+    verb->add_flag("--json", common.json, "print JSON");
+    verb->add_option("--domain", common.domain, "DDS domain; ROS_DOMAIN_ID or 0 otherwise")
+        ->check(CLI::Range(0, 101))
+        ->type_name("N");
+    verb->add_option("--wait", common.wait_s, "seconds that a thing is waited for")
+        ->check(CLI::Range(0.0, 3600.0))
+        ->type_name("SECONDS");
+    return verb;
+  }
+  CLI::App* group(const std::string& name, const std::string& meaning, const std::string& example) {
+    CLI::App* verb = root_.add_subcommand(name, meaning);
+    verb->require_subcommand(1)->footer("example\n  " + example);
+    return verb;
+  }
+  cli::Common common;
+
+ private:
+  CLI::App& root_;
+};
+
+struct PortArguments {
+  std::string port;
+  std::string other;
+  std::vector<std::string> words;
+  int count = 0;
+  double for_s = 0;
+};
+
+void add_ports(Verbs& verbs, PortArguments& args) {
+  auto& common = verbs.common;
+  CLI::App* port =
+      verbs.group("port", "look at and drive any port", "nido port read /icubSim/head/state:o --count 1");
+  const auto one = [&](const char* name, const char* meaning, const char* example) {
+    CLI::App* verb = verbs.add(port, name, meaning, example);
+    verb->add_option("port", args.port, "name of a port")->required();
+    return verb;
+  };
+  verbs.add(port, "list", "every port", "nido port list")->callback([&common] {
+    throw CLI::RuntimeError(cli::port_list(common));
+  });
+  one("info", "type, owner, connections and losses", "nido port info /vision/left:i")->callback([&] {
+    throw CLI::RuntimeError(cli::port_info(common, args.port));
+  });
+  auto* read =
+      one("read", "print what an output writes", "nido port read /vision/objects:o --count 1 --json");
+  read->add_option("--count", args.count, "end after N messages; 0: go on until Ctrl-C")
+      ->check(CLI::Range(0, 1000000000))
+      ->type_name("N");
+  read->add_option("--for", args.for_s, "end after this time")
+      ->check(CLI::Range(0.0, 1e9))
+      ->type_name("SECONDS");
+  read->callback([&] { throw CLI::RuntimeError(cli::port_read(common, args.port, args.count, args.for_s)); });
+  auto* write = one("write", "send one message to an input",
+                    "nido port write /icubSim/head/command:i mode=position joint=[0] value=[0.2]");
+  write->add_option("value", args.words, "one map in YAML or JSON, or FIELD=VALUE...")->required();
+  write->callback([&] { throw CLI::RuntimeError(cli::port_write(common, args.port, args.words)); });
+  auto* rpc = one("rpc", "ask a service and print its answer", "nido port rpc /icubSim/head/rpc:i get encs");
+  rpc->add_option("text", args.words, "what to ask")->required();
+  rpc->positionals_at_end()->callback(
+      [&] { throw CLI::RuntimeError(cli::port_rpc(common, args.port, args.words)); });
+  const auto two = [&](const char* name, const char* meaning, const char* example) {
+    CLI::App* verb = verbs.add(port, name, meaning, example);
+    verb->add_option("out", args.port, "output port")->required();
+    verb->add_option("in", args.other, "input port")->required();
+    return verb;
+  };
+  two("connect", "let an input take from an output, now or when that appears",
+      "nido port connect /icubSim/cam/left/image:o /vision/left:i")
+      ->callback([&] { throw CLI::RuntimeError(cli::port_connect(common, args.port, args.other)); });
+  two("disconnect", "undo connect", "nido port disconnect /icubSim/cam/left/image:o /vision/left:i")
+      ->callback([&] { throw CLI::RuntimeError(cli::port_disconnect(common, args.port, args.other)); });
+  const auto measure = [&](const char* name, const char* meaning, cli::Measure what) {
+    auto* verb =
+        one(name, meaning, (std::string("nido port ") + name + " /icubSim/cam/left/image:o --for 5").c_str());
+    verb->add_option("--for", args.for_s, "how long to measure; 3 otherwise")
+        ->check(CLI::Range(0.0, 1e6))
+        ->type_name("SECONDS");
+    verb->callback([&, what] {
+      throw CLI::RuntimeError(cli::port_measure(common, args.port, what, args.for_s > 0 ? args.for_s : 3.0));
+    });
+  };
+  measure("hz", "messages a second", cli::Measure::kRate);
+  measure("bw", "bytes a second", cli::Measure::kBandwidth);
+  measure("delay", "wall time from writing to arrival", cli::Measure::kDelay);
+  auto* ping = one("ping", "round trip to the process that owns a port", "nido port ping /vision/objects:o");
+  ping->add_option("--count", args.count, "how often; 4 otherwise")
+      ->check(CLI::Range(1, 1000000))
+      ->type_name("N");
+  ping->callback(
+      [&] { throw CLI::RuntimeError(cli::port_ping(common, args.port, args.count > 0 ? args.count : 4)); });
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App root{"nido: starts, watches and drives the processes of a robot"};
+  root.require_subcommand(1);
+  root.footer(
+      "example\n  nido launch speech_and_action --say \"drop blue cube into basket\"\n"
+      "exit codes: 0 done; 1 the job failed; 2 wrong usage or config; 3 something needed is not there; 130 "
+      "interrupted");
+  root.set_version_flag("--version", std::string("nido ") + NIDO_VERSION);
+
+  LaunchRequest launch;
+  add_launch(root, launch);
+  Verbs verbs(root);
+  auto& common = verbs.common;
+  common.domain = domain_of_environment();
+  PortArguments port_args;
+  add_ports(verbs, port_args);
+
+  std::string node_name;
+  CLI::App* node = verbs.group("node", "look at processes", "nido node info vision");
+  verbs.add(node, "list", "every process", "nido node list")->callback([&] {
+    throw CLI::RuntimeError(cli::node_list(common));
+  });
+  auto* node_info =
+      verbs.add(node, "info", "parameters, ports, connections, losses of a process", "nido node info vision");
+  node_info->add_option("node", node_name, "name of a node")->required();
+  node_info->callback([&] { throw CLI::RuntimeError(cli::node_info(common, node_name)); });
+
+  std::vector<std::string> world_words;
+  auto* world =
+      verbs.add(nullptr, "world", "short for nido port rpc /icubSim/world ...", "nido world get box 1");
+  world->add_option("text", world_words, "a command of the world port")->required();
+  world->callback([&] { throw CLI::RuntimeError(cli::port_rpc(common, "/icubSim/world", world_words)); });
+
+  verbs.add(nullptr, "doctor", "check this machine, and say the mend", "nido doctor")->callback([&] {
+    throw CLI::RuntimeError(cli::doctor(common));
+  });
+
+  cli::ExperimentRequest request;
+  CLI::App* experiment = root.add_subcommand("experiment", "the experiments and their reports");
+  experiment->require_subcommand(1)->footer(
+      "example\n  nido experiment run reach-learning --seed 3 --out out/reach");
+  auto* list = experiment->add_subcommand("list", "every experiment");
+  list->footer("example\n  nido experiment list");
+  list->add_flag("--json", common.json, "print JSON");
+  list->callback([&] { throw CLI::RuntimeError(cli::experiment_list(common)); });
+  auto* run = experiment->add_subcommand("run", "run one: report.json, report.html and pictures in DIR");
+  run->footer("example\n  nido experiment run reach-learning --seed 3 --out out/reach");
+  run->add_option("name", request.name, "name of an experiment")->required();
+  run->add_option("--seed", request.seed, "seeds every random generator")
+      ->check(CLI::NonNegativeNumber)
+      ->type_name("N");
+  run->add_option("--trials", request.trials, "how often")->check(CLI::PositiveNumber)->type_name("N");
+  run->add_option("--jobs", request.jobs, "trials at a time")->check(CLI::PositiveNumber)->type_name("J");
+  run->add_option("--out", request.out, "folder for the report")->type_name("DIR");
+  run->add_option("--set", request.sets, "set a key of the experiment")
+      ->expected(1)
+      ->take_all()
+      ->type_name("KEY=VALUE");
+  run->callback([&] { throw CLI::RuntimeError(cli::experiment_run(request)); });
+
+  try {
+    root.parse(argc, argv);
+  } catch (const CLI::RuntimeError& end) {
+    return end.get_exit_code();
+  } catch (const CLI::Success& asked) {
+    return root.exit(asked);
+  } catch (const CLI::ParseError& wrong) {
+    fmt::print(stderr, "error: {}\n", wrong.what());
+    fmt::print(stderr, "see nido --help, or --help after a verb\n");
+    return 2;
+  }
+  return 0;
+}

@@ -1,0 +1,107 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "nido/launcher/suggest.h"
+#include "verbs.h"
+
+namespace nido::cli {
+namespace {
+
+Json json_of(const NodeDescription& node) {
+  Json ports = Json::array();
+  for (const auto& port : node.ports) {
+    Json connections = Json::array();
+    for (const auto& counters : port.connections) {
+      connections.push_back({{"source", counters.source},
+                             {"live", counters.live},
+                             {"received", counters.received},
+                             {"lost", counters.lost}});
+    }
+    ports.push_back({{"name", port.name},
+                     {"direction", port.direction},
+                     {"type", port.type},
+                     {"profile", port.profile},
+                     {"written", port.written},
+                     {"connections", connections}});
+  }
+  return {{"name", node.name},   {"pid", node.pid},       {"host", node.host},
+          {"state", node.state}, {"detail", node.detail}, {"parameters", node.parameters},
+          {"ports", ports}};
+}
+
+}  // namespace
+
+int node_list(const Common& common) {
+  auto session = join(common);
+  if (!session) return fail(session.error());
+  settle(*session->directory);
+  if (interrupted()) return 130;
+  auto nodes = session->directory->nodes();
+  std::sort(nodes.begin(), nodes.end(), [](const auto& a, const auto& b) { return a.name < b.name; });
+  if (common.json) {
+    Json list = Json::array();
+    for (const auto& node : nodes)
+      list.push_back({{"name", node.name},
+                      {"pid", node.pid},
+                      {"host", node.host},
+                      {"state", node.state},
+                      {"detail", node.detail}});
+    fmt::print("{}\n", list.dump(2));
+    return 0;
+  }
+  if (nodes.empty()) fmt::print(stderr, "no nodes in domain {}\n", common.domain);
+  for (const auto& node : nodes) {
+    fmt::print("{:<18} {:<9} pid {:<8} {}{}\n", node.name, node.state, node.pid, node.host,
+               node.detail.empty() ? "" : "  " + node.detail);
+  }
+  return 0;
+}
+
+int node_info(const Common& common, const std::string& name) {
+  auto session = join(common);
+  if (!session) return fail(session.error());
+  session->directory->wait([&name](const Directory& d) { return interrupted() || d.node(name).has_value(); },
+                           common.wait_s);
+  if (interrupted()) return 130;
+  const auto node = session->directory->node(name);
+  if (!node) {
+    std::vector<std::string> names;
+    for (const auto& one : session->directory->nodes()) names.push_back(one.name);
+    const std::string near = nearest_word(name, names);
+    return fail(
+        {ErrorCode::kNotFound,
+         fmt::format("there is no node '{}' in domain {}{}; there are: {}", name, common.domain,
+                     near.empty() ? "" : fmt::format("; did you mean '{}'?", near), join_words(names))});
+  }
+  if (common.json) {
+    fmt::print("{}\n", json_of(*node).dump(2));
+    return 0;
+  }
+  fmt::print("{}: {}, pid {} on {}{}\n", node->name, node->state, node->pid, node->host,
+             node->detail.empty() ? "" : "; " + node->detail);
+  if (!node->parameters.empty()) fmt::print("parameters\n");
+  for (const auto& parameter : node->parameters) fmt::print("  {}\n", parameter);
+  for (const auto& [direction, title] : {std::pair<std::string, std::string>{"input", "reads"},
+                                         {"output", "writes"},
+                                         {"service", "answers"}}) {
+    bool first = true;
+    for (const auto& port : node->ports) {
+      if (port.direction != direction) continue;
+      if (first) fmt::print("{}\n", title);
+      first = false;
+      fmt::print("  {:<34} {}{}\n", port.name, port.type, port.profile.empty() ? "" : ", " + port.profile);
+      if (direction == "output") {
+        if (port.written > 0) fmt::print("      written {}\n", port.written);
+        continue;
+      }
+      for (const auto& counters : port.connections) {
+        fmt::print("      from {}: received {}, lost {}{}\n", counters.source, counters.received,
+                   counters.lost, counters.live ? "" : "; not there now");
+      }
+    }
+  }
+  return 0;
+}
+
+}  // namespace nido::cli

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "nido/cli/any_type.h"
+#include "nido/interfaces/result.h"
+#include "nido/middleware/directory.h"
+#include "nido/middleware/node.h"
+
+namespace nido::cli {
+
+// Options that every verb has.
+struct Common {
+  int domain = 0;
+  bool json = false;
+  double wait_s = 3.0;  // wall time that a thing is waited for
+};
+
+// A tool's look into a domain: a hidden node and the directory.
+struct Session {
+  std::unique_ptr<Node> node;
+  std::unique_ptr<Directory> directory;
+};
+// Joins. From here on Ctrl-C and SIGTERM only set interrupted().
+Result<Session> join(const Common& common);
+// Waits until the picture of the directory has not changed for a while.
+void settle(Directory& directory);
+
+// Ctrl-C was pressed since join().
+bool interrupted();
+
+// Prints a failure as one sentence and returns its exit code.
+int fail(const Error& error);
+// The port's owner, waited for; kNotFound suggests a near name.
+Result<Directory::Owner> find_port(const Session& session, const Common& common, const std::string& port);
+// Type and profile of an output port, of a nido process or of any DDS program.
+struct Source {
+  const AnyType* type = nullptr;
+  Profile profile = Profile::kSensor;
+};
+Result<Source> find_source(const Session& session, const Common& common, const std::string& port);
+
+}  // namespace nido::cli

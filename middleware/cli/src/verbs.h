@@ -1,0 +1,40 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "session.h"
+
+// The verbs of `nido`. Each prints its answer and returns the exit code of docs/cli.md.
+namespace nido::cli {
+
+int port_list(const Common& common);
+int port_info(const Common& common, const std::string& port);
+// count 0: until Ctrl-C. `for_s` 0: no limit.
+int port_read(const Common& common, const std::string& port, int count, double for_s);
+int port_write(const Common& common, const std::string& port, const std::vector<std::string>& words);
+int port_rpc(const Common& common, const std::string& port, const std::vector<std::string>& words);
+int port_connect(const Common& common, const std::string& output, const std::string& input);
+int port_disconnect(const Common& common, const std::string& output, const std::string& input);
+enum class Measure { kRate, kBandwidth, kDelay };
+int port_measure(const Common& common, const std::string& port, Measure measure, double for_s);
+int port_ping(const Common& common, const std::string& port, int count);
+
+int node_list(const Common& common);
+int node_info(const Common& common, const std::string& node);
+
+int doctor(const Common& common);
+
+struct ExperimentRequest {
+  std::string name;
+  std::string seed;    // empty: the experiment's own
+  std::string trials;  // empty: the experiment's own
+  std::string jobs;
+  std::string out;
+  std::vector<std::string> sets;
+};
+int experiment_list(const Common& common);
+int experiment_run(const ExperimentRequest& request);
+
+}  // namespace nido::cli

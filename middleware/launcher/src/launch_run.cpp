@@ -1,0 +1,485 @@
+#include "launch_run.h"
+
+#include <fmt/format.h>
+#include <sys/signalfd.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <csignal>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "nido/middleware/shm_hygiene.h"
+#include "nido/middleware/typed_port.h"
+
+namespace nido {
+namespace fs = std::filesystem;
+using std::chrono::milliseconds;
+
+namespace {
+
+double seconds_of(const msgs::Time& time) { return time.sec() + time.nanosec() * 1e-9; }
+
+// The domain that people choose for a whole shell; -1: a value that is none.
+int domain_of_environment() {
+  for (const char* name : {"NIDO_DOMAIN", "ROS_DOMAIN_ID"}) {
+    const char* text = std::getenv(name);
+    if (text == nullptr || *text == '\0') continue;
+    char* end = nullptr;
+    const long domain = std::strtol(text, &end, 10);
+    return *end == '\0' && domain >= 0 && domain <= 101 ? static_cast<int>(domain) : -1;
+  }
+  return 0;
+}
+
+bool mentions(const YAML::Node& node, const std::string& word) {
+  if (node.IsScalar()) return node.Scalar().find(word) != std::string::npos;
+  if (!node.IsSequence() && !node.IsMap()) return false;
+  return std::any_of(node.begin(), node.end(), [&](const auto& item) {
+    return mentions(node.IsMap() ? YAML::Node(item.second) : YAML::Node(item), word);
+  });
+}
+
+}  // namespace
+
+LaunchRun::LaunchRun(const LaunchRequest& request, const App& app, const Places& places, int signal_fd)
+    : request_(request),
+      app_(app),
+      places_(places),
+      signal_fd_(signal_fd),
+      paint_(request.json ? STDERR_FILENO : STDOUT_FILENO) {}
+
+LaunchRun::~LaunchRun() = default;
+
+void LaunchRun::print(const std::string& line) const {
+  // with --json stdout belongs to the object
+  std::FILE* stream = request_.json ? stderr : stdout;
+  fmt::print(stream, "{}\n", line);
+  std::fflush(stream);
+}
+
+double LaunchRun::wall_s() const {
+  return std::chrono::duration<double>(SteadyClock::now() - wall_start_).count();
+}
+
+double LaunchRun::sim_s() const { return node_ ? node_->now().seconds() : 0; }
+
+bool LaunchRun::uses(const std::string& reference) const {
+  return std::any_of(app_.processes.begin(), app_.processes.end(), [&](const AppProcess& process) {
+    return mentions(process.parameters, "${" + reference + "}");
+  });
+}
+
+const AppProcess& LaunchRun::process_named(const std::string& name) const {
+  return *std::find_if(app_.processes.begin(), app_.processes.end(),
+                       [&](const AppProcess& process) { return process.name == name; });
+}
+
+std::string LaunchRun::log_name(const std::string& process) const {
+  return (folder_.path / "logs" / (process + ".log")).string();
+}
+
+// Everything that can be refused before anything is started.
+Status LaunchRun::prepare() {
+  settings_.domain = app_.domain >= 0 ? app_.domain : domain_of_environment();
+  if (settings_.domain < 0) {
+    return Error{ErrorCode::kInvalidArgument, "ROS_DOMAIN_ID or NIDO_DOMAIN is no number from 0 to 101"};
+  }
+  if (uses("robot_file")) {
+    auto robot = find_config(places_, "robots", "robot", app_.robot);
+    if (!robot) return robot.error();
+    settings_.robot_file = *robot;
+  }
+  if (uses("world_file")) {
+    auto world = find_config(places_, "worlds", "world", app_.world);
+    if (!world) return world.error();
+    settings_.world_file = *world;
+  }
+  for (const auto& process : app_.processes) {
+    const bool is_path = process.program.find('/') != std::string::npos;
+    const fs::path program = is_path ? fs::absolute(process.program) : places_.programs / process.program;
+    if (access(program.c_str(), X_OK) != 0) {
+      return Error{
+          ErrorCode::kNotFound,
+          fmt::format("process '{}' of app '{}' needs the program {}, which is not there: is it built?",
+                      process.name, app_.name, program.string())};
+    }
+    programs_[process.name] = program.string();
+  }
+  sweep_shared_memory();
+  auto folder = make_run_folder(app_, request_.out);
+  if (!folder) return folder.error();
+  folder_ = *folder;
+  return {};
+}
+
+Status LaunchRun::join() {
+  // first the processes without threads, then the middleware, which makes some
+  auto supervisor = Supervisor::create((places_.programs / "nido-janitor").string());
+  if (!supervisor) return supervisor.error();
+  supervisor_ = std::move(*supervisor);
+
+  NodeOptions options;
+  options.name = "launcher";
+  options.domain = settings_.domain;
+  const bool has_clock = std::any_of(app_.processes.begin(), app_.processes.end(),
+                                     [](const AppProcess& process) { return process.clock == "owner"; });
+  options.clock = has_clock ? ClockMode::kSimulated : ClockMode::kWall;
+  options.handle_signals = false;
+  auto node = Node::create(options);
+  if (!node) {
+    if (node.error().code != ErrorCode::kTaken) return node.error();
+    return Error{ErrorCode::kTaken,
+                 fmt::format("{}; another run lives in domain {}: stop it, or give this one a domain of "
+                             "its own, as in --domain {}",
+                             node.error().message, settings_.domain, settings_.domain + 1)};
+  }
+  node_ = std::move(*node);
+  auto directory = Directory::open(*node_);
+  if (!directory) return directory.error();
+  directory_ = std::move(*directory);
+  const auto listen = [this](const std::string& port, const std::string& own,
+                             std::unique_ptr<Input<msgs::StageEvent>>& input) -> Status {
+    if (port.empty()) return {};
+    auto opened = node_->open_input<msgs::StageEvent>(own, Profile::kEvent, 256);
+    if (!opened) return opened.error();
+    input = std::move(*opened);
+    return input->connect(port);
+  };
+  if (auto status = listen(app_.story, "/launcher/story:i", story_); !status) return status;
+  if (auto status = listen(app_.outcome, "/launcher/outcome:i", outcome_); !status) return status;
+  node_->set_ready();
+  return {};
+}
+
+Status LaunchRun::start(const AppProcess& process) {
+  auto file = write_node_file(app_, process, settings_, places_, folder_);
+  if (!file) return file.error();
+  SupervisedProcess supervised;
+  supervised.name = process.name;
+  supervised.command.program = programs_[process.name];
+  supervised.command.arguments = {"--node", file->string()};
+  supervised.command.environment = process.environment;
+  supervised.log_file = log_name(process.name);
+  supervised.restart = process.restart;
+  // a simulator begins at time 0 again, and those that it had left in lockstep cannot go back
+  if (process.clock == "owner" && app_.lockstep) supervised.restart.on_failure = false;
+  if (auto status = supervisor_->start(supervised); !status) return status;
+  started_.insert(process.name);
+  ready_deadline_[process.name] =
+      SteadyClock::now() + std::chrono::duration_cast<SteadyClock::duration>(
+                               std::chrono::duration<double>(process.ready_timeout_s));
+  return {};
+}
+
+// Starts the processes whose predecessors are ready.
+Status LaunchRun::start_due() {
+  for (const std::size_t index : app_.start_order) {
+    const AppProcess& process = app_.processes[index];
+    if (started_.contains(process.name)) continue;
+    const bool due = std::all_of(process.depends_on.begin(), process.depends_on.end(),
+                                 [this](const std::string& other) { return ready_.contains(other); });
+    if (!due) continue;
+    if (auto status = start(process); !status) return status;
+  }
+  return {};
+}
+
+int LaunchRun::run() {
+  Status status = prepare();
+  if (status) {
+    print(fmt::format("{}: {}", paint_.bold(app_.name), app_.summary));
+    print(paint_.dim(fmt::format("  robot {}, world {}, seed {}, rate {}{}, domain {}; writes {}", app_.robot,
+                                 app_.world, app_.seed, app_.rate, app_.lockstep ? " in lockstep" : "",
+                                 settings_.domain, folder_.path.string())));
+    status = join();
+  }
+  if (!status) {
+    fmt::print(stderr, "error: {}\n", status.error().message);
+    if (request_.json)
+      fmt::print("{}\n", nlohmann::json{{"exit_code", exit_code_of(status.error())},
+                                        {"sentence", status.error().message}}
+                             .dump());
+    return exit_code_of(status.error());
+  }
+  while (!end_) {
+    if (auto started = start_due(); !started) {
+      end(exit_code_of(started.error()), started.error().message);
+      break;
+    }
+    step();
+  }
+  shut_down();
+  finish_report();
+  const double sim = sim_s();
+  const double wall = wall_s();
+  story_.reset();
+  outcome_.reset();
+  directory_.reset();
+  node_.reset();
+  supervisor_.reset();
+  sweep_shared_memory();
+
+  const std::string verdict = end_->exit_code == 0     ? paint_.green("success")
+                              : end_->exit_code == 130 ? paint_.yellow("stopped")
+                                                       : paint_.red("failure");
+  print(fmt::format("{}: {} {}", paint_.bold("outcome"), verdict + ":", end_->sentence));
+  print(paint_.dim(fmt::format("  {:.1f} s simulated in {:.1f} s; {}", sim, wall, folder_.path.string())));
+  if (request_.json) {
+    fmt::print("{}\n", nlohmann::json{{"exit_code", end_->exit_code},
+                                      {"sentence", end_->sentence},
+                                      {"sim_s", sim},
+                                      {"wall_s", wall},
+                                      {"out", folder_.path.string()}}
+                           .dump());
+  }
+  return end_->exit_code;
+}
+
+void LaunchRun::end(int exit_code, const std::string& sentence) {
+  if (!end_) end_ = RunEnd{exit_code, sentence};
+}
+
+void LaunchRun::step() {
+  for (const auto& event : supervisor_->poll(milliseconds(20), signal_fd_)) on_event(event);
+  tell_story();
+  look_at_nodes();
+  look_at_limits();
+  take_signals();
+}
+
+void LaunchRun::take_signals() {
+  signalfd_siginfo info{};
+  while (read(signal_fd_, &info, sizeof info) == static_cast<ssize_t>(sizeof info)) {
+    if (stopping_) {
+      supervisor_->kill_all();
+    } else {
+      print(paint_.yellow("stopping; once more kills at once"));
+      end(130,
+          fmt::format("stopped by {}",
+                      info.ssi_signo == SIGINT ? "Ctrl-C" : strsignal(static_cast<int>(info.ssi_signo))));
+    }
+  }
+}
+
+void LaunchRun::on_event(const SupervisorEvent& event) {
+  using Kind = SupervisorEvent::Kind;
+  switch (event.kind) {
+    case Kind::kOutput:
+      if (request_.verbose) print(paint_.dim(fmt::format("{:>14} | ", event.name)) + event.text);
+      return;
+    case Kind::kRestarting:
+      print(paint_.yellow(event.text));
+      for (const auto& line : event.last_lines) print(paint_.dim("    " + line));
+      ready_.erase(event.name);
+      ready_deadline_.erase(event.name);
+      return;
+    case Kind::kRestarted: {
+      const AppProcess& process = process_named(event.name);
+      ready_deadline_[event.name] =
+          SteadyClock::now() + std::chrono::duration_cast<SteadyClock::duration>(
+                                   std::chrono::duration<double>(process.ready_timeout_s));
+      return;
+    }
+    case Kind::kEnded:
+    case Kind::kGivenUp:
+      on_death(event);
+      return;
+  }
+}
+
+void LaunchRun::on_death(const SupervisorEvent& event) {
+  if (end_) return;
+  const AppProcess& process = process_named(event.name);
+  const bool was_ready = ready_.erase(event.name) > 0;
+  ready_deadline_.erase(event.name);
+  // the one that announces the outcome may end when it has written it
+  if (was_ready && event.exit.clean() && outcome_) {
+    if (outcome_in_report()) {
+      report_deadline_ = SteadyClock::now() + std::chrono::seconds(1);
+      return;
+    }
+  }
+  // what it said itself goes before what we see from outside
+  std::string reason = event.text;
+  if (const auto node = directory_->node(event.name);
+      node && node->state == "failed" && !node->detail.empty()) {
+    reason = fmt::format("process '{}' failed: {}", event.name, node->detail);
+  }
+  if (!was_ready) {
+    reason += ", before it was ready";
+  } else if (process.clock == "owner" && app_.lockstep) {
+    reason += "; it drove the clock that all others wait for, so the run cannot go on";
+  }
+  print(paint_.red(reason));
+  for (const auto& line : event.last_lines) print(paint_.dim("    " + line));
+  print(paint_.dim("    (all of it: " + log_name(event.name) + ")"));
+  if (event.kind == SupervisorEvent::Kind::kGivenUp && !process.restart.fail_the_run) {
+    print(paint_.yellow(fmt::format("the run goes on without '{}'", event.name)));
+    return;
+  }
+  // wrong settings and missing things keep their exit code
+  const bool before_ready =
+      !was_ready && !event.exit.by_signal && (event.exit.code == 2 || event.exit.code == 3);
+  end(before_ready ? event.exit.code : 1, reason);
+}
+
+void LaunchRun::look_at_nodes() {
+  if (end_ || ready_deadline_.empty()) return;
+  const auto waiting = ready_deadline_;
+  for (const auto& [name, deadline] : waiting) {
+    const auto node = directory_->node(name);
+    const bool is_ours = node && static_cast<pid_t>(node->pid) == supervisor_->pid_of(name);
+    if (is_ours && node->state == "ready") {
+      ready_.insert(name);
+      ready_deadline_.erase(name);
+      if (all_ready_) print(paint_.yellow(fmt::format("process '{}' is ready again", name)));
+    } else if (is_ours && node->state == "failed") {
+      // its end, with its last lines, is about to be seen; it must not hang for that
+      ready_deadline_[name] = std::min(deadline, SteadyClock::now() + std::chrono::seconds(2));
+    }
+    if (SteadyClock::now() > deadline) {
+      print(paint_.red(fmt::format("process '{}' is not ready", name)));
+      for (const auto& line : supervisor_->last_lines(name)) print(paint_.dim("    " + line));
+      print(paint_.dim("    (all of it: " + log_name(name) + ")"));
+      end(1, is_ours && node->state == "failed"
+                 ? fmt::format("process '{}' failed: {}", name, node->detail)
+                 : fmt::format("process '{}' was not ready within {} s ({})", name,
+                               process_named(name).ready_timeout_s,
+                               is_ours ? "it says: " + node->state
+                                       : "it has not joined domain " + std::to_string(settings_.domain)));
+      return;
+    }
+  }
+  if (!all_ready_ && ready_.size() == app_.processes.size()) {
+    all_ready_ = true;
+    print(paint_.dim(fmt::format("  {} processes are ready after {:.1f} s", ready_.size(), wall_s())));
+  }
+}
+
+void LaunchRun::tell_story() {
+  while (story_) {
+    const auto event = story_->take();
+    if (!event) break;
+    const std::string line =
+        fmt::format("{:8.2f} s  {:<9}", seconds_of(event->header().stamp()), event->stage());
+    std::string text = event->text();
+    if (text.empty()) text = fmt::format("{} {}", event->state(), event->object());
+    if (event->state() == "failed") {
+      print(line + paint_.red(text));
+    } else if (event->state() == "done") {
+      print(line + paint_.green(text));
+    } else {
+      print(line + text);
+    }
+  }
+  while (outcome_ && !end_) {
+    const auto event = outcome_->take();
+    if (!event) break;
+    if (event->stage() != "outcome") continue;
+    end(event->state() == "done" ? 0 : 1, event->text());
+  }
+}
+
+// An outcome that was written but not heard: the judge ended before its last message got here.
+std::optional<RunEnd> LaunchRun::outcome_in_report() const {
+  std::ifstream file(folder_.path / "report.json");
+  const auto report = nlohmann::json::parse(file, nullptr, false);
+  if (report.is_discarded() || !report.is_object() || !report.contains("outcome")) return std::nullopt;
+  const auto& outcome = report["outcome"];
+  if (!outcome.is_object() || !outcome.contains("success") || !outcome["success"].is_boolean())
+    return std::nullopt;
+  const bool success = outcome["success"].get<bool>();
+  const std::string stage =
+      outcome.contains("stage") && outcome["stage"].is_string() ? outcome["stage"].get<std::string>() : "";
+  return RunEnd{success ? 0 : 1, success ? "the job is done" : "the job failed at stage '" + stage + "'"};
+}
+
+void LaunchRun::look_at_limits() {
+  if (end_) return;
+  if (report_deadline_ && SteadyClock::now() > *report_deadline_) {
+    const auto written = outcome_in_report();
+    end(written->exit_code, written->sentence);
+  } else if (app_.for_s > 0 && sim_s() >= app_.for_s) {
+    if (outcome_) {
+      end(1, fmt::format("no outcome within {} s of simulated time (--for)", app_.for_s));
+    } else {
+      end(0, fmt::format("ran for {} s of simulated time", app_.for_s));
+    }
+  } else if (wall_s() > app_.wall_limit_s) {
+    end(1, fmt::format("no outcome within {} s (wall_limit_s)", app_.wall_limit_s));
+  }
+}
+
+void LaunchRun::shut_down() {
+  stopping_ = true;
+  supervisor_->begin_stop();
+  while (!supervisor_->all_gone()) {
+    for (const auto& event : supervisor_->poll(milliseconds(50), signal_fd_)) {
+      if (event.kind == SupervisorEvent::Kind::kOutput) on_event(event);
+    }
+    take_signals();
+  }
+  for (const auto& name : supervisor_->killed()) {
+    print(paint_.yellow(fmt::format("process '{}' did not end when asked and was killed", name)));
+  }
+}
+
+// What only the launcher knows goes into the judge's report.
+void LaunchRun::finish_report() const {
+  const fs::path path = folder_.path / "report.json";
+  std::ifstream file(path);
+  if (!file) return;
+  auto report = nlohmann::ordered_json::parse(file, nullptr, false);
+  if (report.is_discarded() || !report.is_object()) return;
+  auto processes = nlohmann::ordered_json::array();
+  for (const auto& process : app_.processes) {
+    processes.push_back({{"name", process.name}, {"restarts", supervisor_->restarts_of(process.name)}});
+  }
+  report["processes"] = processes;
+  report["wall_s"] = wall_s();
+  // written beside and moved: a reader sees the old or the new one
+  const fs::path fresh = folder_.path / ".report.json.new";
+  std::ofstream out(fresh);
+  out << report.dump(2) << '\n';
+  out.close();
+  std::error_code ignored;
+  if (out) fs::rename(fresh, path, ignored);
+}
+
+int run_launch(const LaunchRequest& request) {
+  const auto refuse = [](const Error& error) {
+    fmt::print(stderr, "error: {}\n", error.message);
+    return exit_code_of(error);
+  };
+  auto places = find_places();
+  if (!places) return refuse(places.error());
+  auto file = find_config(*places, "apps", "app", request.app);
+  if (!file) return refuse(file.error());
+  auto app = load_app(file->string(), request.options, request.sets);
+  if (!app) return refuse(app.error());
+  if (request.dump) {
+    fmt::print("{}", dump_app(*app));
+    return 0;
+  }
+  if (app->audio["source"].as<std::string>() == "wav") {
+    const std::string sound = app->audio["file"].as<std::string>();
+    std::error_code error;
+    if (!fs::is_regular_file(sound, error))
+      return refuse({ErrorCode::kNotFound, fmt::format("there is no sound file {}", sound)});
+    // the robot process may have another current folder
+    app->audio["file"] = fs::canonical(sound).string();
+  }
+  sigset_t signals;
+  sigemptyset(&signals);
+  for (const int number : {SIGINT, SIGTERM, SIGHUP}) sigaddset(&signals, number);
+  sigprocmask(SIG_BLOCK, &signals, nullptr);
+  const int signal_fd = signalfd(-1, &signals, SFD_NONBLOCK | SFD_CLOEXEC);
+  const int code = LaunchRun(request, *app, *places, signal_fd).run();
+  close(signal_fd);
+  return code;
+}
+
+}  // namespace nido
