@@ -27,12 +27,14 @@ msgs::CameraInfo to_message(const CameraInfo& info) {
 
 class CameraServer final : public IServer {
  public:
-  CameraServer(Node& node, std::string stem, ICamera& camera, std::int64_t period_ns, std::string frame_id)
+  CameraServer(Node& node, std::string stem, ICamera& camera, std::int64_t period_ns, std::string frame_id,
+               bool on_demand)
       : node_(node),
         stem_(std::move(stem)),
         camera_(camera),
         due_(period_ns),
-        frame_id_(std::move(frame_id)) {}
+        frame_id_(std::move(frame_id)),
+        on_demand_(on_demand) {}
 
   Status open() {
     auto image = node_.open_output<msgs::Image>(stem_ + "/image:o", Profile::kSensor);
@@ -46,6 +48,7 @@ class CameraServer final : public IServer {
 
   Status publish(std::int64_t now_ns) override {
     if (!due_.at(now_ns)) return {};
+    if (on_demand_ && image_->reader_count() == 0 && info_->reader_count() == 0) return {};
     const Result<CameraInfo> info = camera_.info();
     if (!info) return Error{info.error().code, stem_ + ": " + info.error().message};
     // the picture is taken into the message's own storage
@@ -71,6 +74,7 @@ class CameraServer final : public IServer {
   ICamera& camera_;
   Due due_;
   const std::string frame_id_;
+  const bool on_demand_;
   Image taken_;
   msgs::Image message_;
   std::unique_ptr<Output<msgs::Image>> image_;
@@ -146,8 +150,9 @@ class CameraClient final : public ICamera {
 }  // namespace
 
 Result<std::unique_ptr<IServer>> serve_camera(Node& node, const std::string& stem, ICamera& camera,
-                                              std::int64_t period_ns, const std::string& frame_id) {
-  auto server = std::make_unique<CameraServer>(node, stem, camera, period_ns, frame_id);
+                                              std::int64_t period_ns, const std::string& frame_id,
+                                              bool on_demand) {
+  auto server = std::make_unique<CameraServer>(node, stem, camera, period_ns, frame_id, on_demand);
   if (Status opened = server->open(); !opened) return opened.error();
   return std::unique_ptr<IServer>(std::move(server));
 }

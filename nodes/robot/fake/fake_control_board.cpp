@@ -39,6 +39,12 @@ void FakeControlBoard::set_failures(FakeFailures failures) {
   failures_ = std::move(failures);
 }
 
+void FakeControlBoard::schedule_failures(std::int64_t at_ns, FakeFailures failures) {
+  const std::lock_guard lock(mutex_);
+  failures_at_ns_ = at_ns;
+  scheduled_ = std::move(failures);
+}
+
 void FakeControlBoard::set_fault(int joint, bool broken) {
   const std::lock_guard lock(mutex_);
   begin(joints_.at(at(joint)), broken ? ControlMode::kFault : ControlMode::kIdle, 0);
@@ -46,6 +52,7 @@ void FakeControlBoard::set_fault(int joint, bool broken) {
 
 Status FakeControlBoard::step_to(std::int64_t now_ns) {
   const std::lock_guard lock(mutex_);
+  if (scheduled_ && now_ns >= failures_at_ns_) failures_ = *std::exchange(scheduled_, std::nullopt);
   if (failures_.step) return *failures_.step;
   const double dt_s = static_cast<double>(now_ns - now_ns_) * 1e-9;
   if (dt_s <= 0) return {};

@@ -36,6 +36,8 @@ class FakeControlBoard final : public IControlBoard, public ISteppable {
 
   // Failures last until they are set otherwise.
   void set_failures(FakeFailures failures);
+  // The same, from a time of the robot's clock on.
+  void schedule_failures(std::int64_t at_ns, FakeFailures failures);
   // Breaks a joint: mode fault, no command is taken. `false` repairs it: mode idle.
   void set_fault(int joint, bool broken);
 
@@ -87,6 +89,8 @@ class FakeControlBoard final : public IControlBoard, public ISteppable {
   std::vector<Joint> joints_;
   std::int64_t now_ns_ = 0;
   FakeFailures failures_;
+  std::int64_t failures_at_ns_ = 0;
+  std::optional<FakeFailures> scheduled_;  // failures from failures_at_ns_ on
 };
 
 }  // namespace nido

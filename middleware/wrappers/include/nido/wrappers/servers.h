@@ -26,7 +26,8 @@ Result<std::unique_ptr<IServer>> serve_control_board(Node& node, const std::stri
 // STEM/image:o Image rgb8 (profile sensor), STEM/camera_info:o CameraInfo (profile state), both at the same
 // times.
 Result<std::unique_ptr<IServer>> serve_camera(Node& node, const std::string& stem, ICamera& camera,
-                                              std::int64_t period_ns, const std::string& frame_id);
+                                              std::int64_t period_ns, const std::string& frame_id,
+                                              bool on_demand = false);
 
 // STEM:o Touch (profile state).
 Result<std::unique_ptr<IServer>> serve_touch(Node& node, const std::string& stem, ITouch& touch,

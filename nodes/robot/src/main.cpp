@@ -1,0 +1,59 @@
+// nido-robot: the robot process. Usage: nido-robot CONFIG [--domain N] [--set KEY=VALUE]..., or --node FILE
+// as the launcher does. docs/robot.md
+
+#include <string>
+#include <vector>
+
+#include "nido/middleware/node.h"
+#include "nido/middleware/pacer.h"
+#include "src/robot.h"
+#include "src/robot_file.h"
+#include "src/settings.h"
+
+namespace nido {
+namespace {
+
+// The robot makes the time: the clock is published after each control period, and waited for in lockstep.
+Status run_simulated(Node& node, Robot& robot, const RobotFile& file, std::optional<double> rate) {
+  const auto period_ns = Time::from_seconds(file.period_s).ns;
+  Pacer pacer(rate);
+  for (std::int64_t now_ns = 0;; now_ns += period_ns) {
+    if (Status told = node.publish_clock(Time{now_ns}); !told) return told;
+    pacer.wait(Time{now_ns});
+    if (Status stepped = robot.step_to(now_ns + period_ns); !stepped) return stepped;
+  }
+}
+
+Status run(Node& node) {
+  const Result<RobotSettings> settings = read_settings(node.options().parameters, node.options().seed);
+  if (!settings) return settings.error();
+  const Result<RobotFile> file = load_robot_file(settings->robot_file);
+  if (!file) return file.error();
+  const std::int64_t start_ns = file->simulated_time ? 0 : node.now().ns;
+  const Result<std::unique_ptr<Robot>> robot = Robot::create(node, *file, settings->run, start_ns);
+  if (!robot) return robot.error();
+  if (Status published = (*robot)->publish(); !published) return published;
+  node.set_ready();
+  const Status ended = file->simulated_time
+                           ? run_simulated(node, **robot, *file, settings->rate)
+                           : node.run([&robot](Time now) { return (*robot)->step_to(now.ns); });
+  // asked to stop is what a robot process ends with
+  if (!ended && ended.error().code == ErrorCode::kInterrupted) return {};
+  return ended;
+}
+
+}  // namespace
+}  // namespace nido
+
+int main(int argc, char** argv) {
+  // nido-robot CONFIG ... is --set robot_file=CONFIG
+  std::vector<std::string> arguments(argv, argv + argc);
+  if (argc > 1 && argv[1][0] != '-') {
+    arguments[1] = "robot_file=" + arguments[1];
+    arguments.insert(arguments.begin() + 1, "--set");
+  }
+  std::vector<char*> pointers;
+  for (std::string& argument : arguments) pointers.push_back(argument.data());
+  pointers.push_back(nullptr);
+  return nido::node_main(static_cast<int>(arguments.size()), pointers.data(), "robot", nido::run);
+}

@@ -1,0 +1,127 @@
+#include "src/robot.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "nido/simulator/devices/simulated_robot.h"
+#include "nido/wrappers/servers.h"
+
+namespace nido {
+namespace {
+
+template <class... Handlers>
+struct Overloaded : Handlers... {
+  using Handlers::operator()...;
+};
+
+}  // namespace
+
+Robot::~Robot() = default;
+
+Result<std::unique_ptr<Robot>> Robot::create(Node& node, const RobotFile& file, const RunSettings& run,
+                                             std::int64_t start_ns) {
+  std::unique_ptr<Robot> robot(new Robot(start_ns));
+  DeviceContext context{robot->clock_, file.path, run, file.simulation, nullptr};
+  for (const DeviceEntry& entry : file.devices) {
+    if (Status added = robot->add_device(node, entry, context); !added) return added.error();
+  }
+  robot->simulated_ = context.simulated;
+  if (robot->simulated_ && !file.simulated_time) {
+    return Error{ErrorCode::kInvalidArgument,
+                 fmt::format("{}: devices of the family sim make their own time: say 'clock: simulated'",
+                             file.path.string())};
+  }
+  if (robot->simulated_ && std::abs(file.period_s - sim::Simulation::kControlPeriod_s) > 1e-9) {
+    return Error{ErrorCode::kInvalidArgument,
+                 fmt::format("{}: the simulator's control period is {} s, not {}", file.path.string(),
+                             sim::Simulation::kControlPeriod_s, file.period_s)};
+  }
+  for (const ServerEntry& entry : file.servers) {
+    if (Status added = robot->add_server(node, entry); !added) return added.error();
+  }
+  return robot;
+}
+
+Status Robot::add_device(Node& node, const DeviceEntry& entry, DeviceContext& context) {
+  Result<MadeDevice> made = make_device(entry.kind, entry.parameters, context);
+  if (!made)
+    return Error{made.error().code, fmt::format("device '{}': {}", entry.name, made.error().message)};
+  if (made->steppable != nullptr) steppables_.push_back(made->steppable);
+  Device device{entry.name, std::move(made->device), nullptr};
+  if (auto* board = std::get_if<std::unique_ptr<IControlBoard>>(&device.device)) {
+    LimitOptions options;
+    options.part = entry.name;
+    options.report = [&node](const std::string& sentence) { node.log_debug(sentence); };
+    Result<std::unique_ptr<LimitedControlBoard>> limited =
+        LimitedControlBoard::create(**board, clock_, std::move(options));
+    if (!limited) return limited.error();
+    device.limited = std::move(*limited);
+    for (const std::string& line : describe_limits(entry.name, *device.limited)) node.log_debug(line);
+  }
+  devices_.push_back(std::move(device));
+  return {};
+}
+
+Status Robot::add_server(Node& node, const ServerEntry& entry) {
+  const auto found = std::find_if(devices_.begin(), devices_.end(),
+                                  [&](const Device& device) { return device.name == entry.device; });
+  const auto period_ns = static_cast<std::int64_t>(std::llround(1e9 / entry.rate_hz));
+  const std::string& port = entry.port;
+  using Opened = Result<std::unique_ptr<IServer>>;
+  Opened server = std::visit(
+      Overloaded{[&](std::unique_ptr<IControlBoard>&) -> Opened {
+                   return serve_control_board(node, port, *found->limited, period_ns);
+                 },
+                 [&](std::unique_ptr<ICamera>& camera) -> Opened {
+                   return serve_camera(node, port, *camera, period_ns, entry.frame, entry.on_demand);
+                 },
+                 [&](std::unique_ptr<ITouch>& touch) -> Opened {
+                   return serve_touch(node, port, *touch, period_ns, entry.frame);
+                 },
+                 [&](std::unique_ptr<IAudioGrabberSound>& audio) -> Opened {
+                   return serve_audio(node, port, *audio, period_ns, entry.frame);
+                 },
+                 [&](std::unique_ptr<IWorld>& world) -> Opened { return serve_world(node, port, *world); },
+                 [&](std::unique_ptr<IForceTorque>& sensor) -> Opened {
+                   return serve_force_torque(node, port, *sensor, period_ns, entry.frame);
+                 },
+                 [&](std::unique_ptr<IInertial>& sensor) -> Opened {
+                   return serve_inertial(node, port, *sensor, period_ns, entry.frame);
+                 }},
+      found->device);
+  if (!server) return server.error();
+  servers_.push_back(std::move(*server));
+  return {};
+}
+
+Status Robot::publish() {
+  for (const std::unique_ptr<IServer>& server : servers_) {
+    if (Status published = server->publish(clock_.now_ns()); !published) return published;
+  }
+  return {};
+}
+
+Status Robot::step_to(std::int64_t now_ns) {
+  for (const std::unique_ptr<IServer>& server : servers_) {
+    if (Status taken = server->take_commands(); !taken) return taken;
+  }
+  for (const Device& device : devices_) {
+    if (!device.limited) continue;
+    if (Status limited = device.limited->step_to(now_ns); !limited) {
+      return Error{limited.error().code, fmt::format("{}: {}", device.name, limited.error().message)};
+    }
+  }
+  if (simulated_) {
+    if (Status stepped = simulated_->step_to(now_ns); !stepped) return stepped;
+  }
+  for (ISteppable* steppable : steppables_) {
+    if (Status stepped = steppable->step_to(now_ns); !stepped) return stepped;
+  }
+  clock_.set_ns(now_ns);
+  return publish();
+}
+
+}  // namespace nido

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "limits/limited_control_board.h"
+#include "nido/interfaces/clock.h"
+#include "nido/middleware/node.h"
+#include "nido/wrappers/server.h"
+#include "src/device_registry.h"
+#include "src/robot_file.h"
+
+namespace nido {
+
+// The devices of a robot file, each control board under its limits, and their servers. One thread calls it;
+// what people ask by text is answered on others.
+class Robot {
+ public:
+  // Makes the devices and opens the ports. `node` must outlive the robot. start_ns: the robot's time at the
+  // start.
+  static Result<std::unique_ptr<Robot>> create(Node& node, const RobotFile& file, const RunSettings& run,
+                                               std::int64_t start_ns);
+  ~Robot();
+  Robot(const Robot&) = delete;
+  Robot& operator=(const Robot&) = delete;
+
+  // Publishes how things are, before any time has passed.
+  Status publish();
+  // One control period that ends at now_ns: takes commands, moves the devices, publishes.
+  Status step_to(std::int64_t now_ns);
+
+ private:
+  explicit Robot(std::int64_t start_ns) : clock_(start_ns) {}
+  Status add_device(Node& node, const DeviceEntry& entry, DeviceContext& context);
+  Status add_server(Node& node, const ServerEntry& entry);
+
+  struct Device {
+    std::string name;
+    AnyDevice device;
+    std::unique_ptr<LimitedControlBoard> limited;  // of control boards only
+  };
+  // in this order, so that servers end before what they serve, and devices before their clock
+  ManualClock clock_;
+  std::shared_ptr<sim::SimulatedRobot> simulated_;
+  std::vector<Device> devices_;
+  std::vector<ISteppable*> steppables_;
+  std::vector<std::unique_ptr<IServer>> servers_;
+};
+
+}  // namespace nido

@@ -1,0 +1,82 @@
+#include "src/settings.h"
+
+#include "nido/launcher/paths.h"
+#include "nido/launcher/schema.h"
+
+namespace nido {
+namespace {
+
+const Schema& audio_schema() {
+  static const Schema schema{
+      "audio",
+      "",
+      {{.key = "source",
+        .fallback = "silence",
+        .meaning = "where the sound comes from",
+        .allowed = {"wav", "synthesis", "microphone", "silence"}},
+       {.key = "file", .fallback = "''", .meaning = "sound file of source wav"},
+       {.key = "text", .fallback = "''", .meaning = "what is said, of source synthesis"},
+       {.key = "voice", .fallback = "en-us", .meaning = "voice of espeak-ng"},
+       {.key = "start_s",
+        .kind = ValueKind::kNumber,
+        .fallback = "1.0",
+        .meaning = "when the sound begins, s",
+        .min = 0}}};
+  return schema;
+}
+
+const Schema& settings_schema() {
+  static const Schema schema{
+      "nido-robot",
+      "",
+      {{.key = "robot_file", .required = true, .meaning = "robot file: a name in config/robots, or a path"},
+       {.key = "world_file", .fallback = "''", .meaning = "world file: a name in config/worlds, or a path"},
+       {.key = "target", .fallback = "''", .meaning = "object that a random world must have"},
+       {.key = "seed", .kind = ValueKind::kInteger, .meaning = "of random worlds and of noise", .min = 0},
+       {.key = "rate",
+        .kind = ValueKind::kNumberOrMax,
+        .fallback = "1",
+        .meaning = "simulated seconds per second"},
+       {.key = "lockstep",
+        .kind = ValueKind::kAnyMap,
+        .fallback = "{}",
+        .meaning = "who the clock waits for"},
+       {.key = "audio",
+        .kind = ValueKind::kMap,
+        .fallback = "{}",
+        .meaning = "what the robot hears",
+        .inner = &audio_schema()}}};
+  return schema;
+}
+
+}  // namespace
+
+Result<RobotSettings> read_settings(const YAML::Node& parameters, std::uint64_t seed) {
+  const YAML::Node given = parameters && parameters.IsMap() ? parameters : YAML::Node(YAML::NodeType::Map);
+  const Result<YAML::Node> checked = check_document(given, settings_schema(), "parameters of nido-robot");
+  if (!checked) return checked.error();
+  const YAML::Node& values = *checked;
+  const Result<Places> places = find_places();
+  if (!places) return places.error();
+  RobotSettings settings;
+  const Result<std::filesystem::path> robot =
+      find_config(*places, "robots", "robot", values["robot_file"].as<std::string>());
+  if (!robot) return robot.error();
+  settings.robot_file = *robot;
+  if (const auto world = values["world_file"].as<std::string>(); !world.empty()) {
+    const Result<std::filesystem::path> found = find_config(*places, "worlds", "world", world);
+    if (!found) return found.error();
+    settings.run.world_file = *found;
+  }
+  settings.run.target = values["target"].as<std::string>();
+  settings.run.seed = values["seed"] ? values["seed"].as<std::uint64_t>() : seed;
+  if (const auto rate = values["rate"].as<std::string>(); rate != "max")
+    settings.rate = values["rate"].as<double>();
+  const YAML::Node audio = values["audio"];
+  settings.run.audio = {audio["source"].as<std::string>(), audio["file"].as<std::string>(),
+                        audio["text"].as<std::string>(), audio["voice"].as<std::string>(),
+                        audio["start_s"].as<double>()};
+  return settings;
+}
+
+}  // namespace nido

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <yaml-cpp/yaml.h>
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "nido/interfaces/result.h"
+#include "src/device_registry.h"
+
+namespace nido {
+
+// The parameters of the process, as the launcher or the command line gives them.
+struct RobotSettings {
+  std::filesystem::path robot_file;
+  std::optional<double> rate;  // simulated seconds per second; none: as fast as possible
+  RunSettings run;
+};
+
+// Reads and checks the parameters; robot and world may be names of files in config/. kInvalidArgument and
+// kNotFound say what is wrong and what there is.
+Result<RobotSettings> read_settings(const YAML::Node& parameters, std::uint64_t seed);
+
+}  // namespace nido
