@@ -300,6 +300,7 @@ std::vector<ContactPair> Contacts::pairs(const Objects& objects) const {
     pair.a_is_robot = t.a.kind == OwnerKind::kLink;
     pair.force_N += t.force_N;
     pair.p_World_m += t.p_World_m;
+    pair.depth_m = std::max(pair.depth_m, t.depth_m);
     ++count;
   }
   std::vector<ContactPair> result;

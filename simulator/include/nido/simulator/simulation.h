@@ -58,6 +58,7 @@ struct ContactPair {
   bool a_is_robot = false;
   bool b_is_robot = false;
   double force_N = 0;                                   // sum of normal forces
+  double depth_m = 0;                                   // deepest penetration
   Eigen::Vector3d p_World_m = Eigen::Vector3d::Zero();  // mean contact point
 };
 

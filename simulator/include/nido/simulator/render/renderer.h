@@ -4,9 +4,10 @@
 #include <memory>
 #include <string>
 
+#include "nido/interfaces/camera.h"
 #include "nido/interfaces/result.h"
 #include "nido/simulator/render/camera.h"
-#include "nido/simulator/render/image.h"
+#include "nido/simulator/render/depth_image.h"
 #include "nido/simulator/scene.h"
 
 namespace nido::sim {
@@ -22,13 +23,14 @@ struct Lighting {
 };
 
 struct RenderOptions {
-  int samples = 4;             // antialiasing of edges: 1 (none) or 4 samples a pixel
-  bool room = true;            // floor (at z = -0.5976 m) and walls around the robot; else only a plain background
+  int samples = 4;   // antialiasing of edges: 1 (none) or 4 samples a pixel
+  bool room = true;  // floor (at z = -0.5976 m) and walls around the robot; else only a plain background
   int shadow_map_size = 1024;  // texels along an edge, 64..4096
 };
 
-// Draws scenes on the CPU, without a display. The same scene, camera and light give the same bytes on one machine.
-// A Renderer is used by one thread at a time, by any; different Renderers are independent, also in different threads.
+// Draws scenes on the CPU, without a display. The same scene, camera and light give the same bytes on one
+// machine. A Renderer is used by one thread at a time, by any; different Renderers are independent, also in
+// different threads.
 //
 // Names of textures that a shape may ask for: "", "checker", "wood", "fabric", "weave", "tiles", "plaster".
 // Instances with an alpha below 0.01 are left out; others are opaque.
@@ -43,16 +45,17 @@ class Renderer {
   Renderer& operator=(const Renderer&) = delete;
   ~Renderer();
 
-  // Takes over what is to be seen from now on. Cheap when only poses changed since the last call. Draws the shadow map,
-  // which all pictures of this scene share. Fails, and keeps the scene before, when a mesh cannot be read, a texture is
-  // unknown, or a size or pose is not finite; the message names the instance.
+  // Takes over what is to be seen from now on. Cheap when only poses changed since the last call. Draws the
+  // shadow map, which all pictures of this scene share. Fails, and keeps the scene before, when a mesh cannot
+  // be read, a texture is unknown, or a size or pose is not finite; the message names the instance.
   Status setScene(const SceneSnapshot& scene);
 
   // Takes over the light. Fails, and keeps the light before, when a value is negative or not finite.
   Status setLighting(const Lighting& lighting);
 
-  // A picture of the scene. `picture` is resized and overwritten; its storage is reused.
-  Status render(const Camera& camera, RgbImage& picture);
+  // A picture of the scene, sRGB-encoded. `picture` is resized and overwritten but for its stamp; its storage
+  // is reused.
+  Status render(const Camera& camera, Image& picture);
 
   // Depth and instances of the scene behind the centres of the pixels (no antialiasing).
   Status renderDepth(const Camera& camera, DepthImage& picture);

@@ -5,13 +5,6 @@
 
 namespace nido::sim {
 
-// A colour picture: three bytes a pixel, red first, sRGB-encoded; rows from top to bottom without padding.
-struct RgbImage {
-  int width = 0;
-  int height = 0;
-  std::vector<std::uint8_t> rgb;
-};
-
 // What lies behind each pixel's centre; rows from top to bottom.
 struct DepthImage {
   int width = 0;
