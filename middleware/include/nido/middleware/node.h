@@ -90,6 +90,11 @@ class Node {
   virtual Result<std::string> call(const std::string& port_name, const std::string& text,
                                    double timeout_s) = 0;
 
+  // What happens when somebody sets a parameter of this running node from outside ("set KEY VALUE" to
+  // /NODE/control). The handler runs on a middleware thread; without one, setting is refused.
+  virtual void on_set_parameter(
+      std::function<Status(const std::string& key, const std::string& value)> handler) = 0;
+
   // Life cycle, seen by the launcher and `nido node info`.
   virtual void set_ready() = 0;
   virtual void set_failed(const std::string& sentence) = 0;

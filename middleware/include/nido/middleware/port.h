@@ -25,7 +25,8 @@ struct ConnectionCounters {
   std::string source;          // name of the output port
   bool live = false;           // the source exists now
   std::uint64_t received = 0;  // messages
-  std::uint64_t lost = 0;      // messages that the source wrote and this port never got
+  std::uint64_t lost = 0;   // messages that the source wrote and this port never got, or pushed out untaken
+  std::uint64_t bytes = 0;  // of the received messages, serialized
 };
 
 // A message with what is known of its journey.

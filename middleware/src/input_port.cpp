@@ -1,0 +1,349 @@
+#include "input_port.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "nido/middleware/port_name.h"
+#include "output_port.h"
+
+namespace nido {
+
+namespace {
+
+// lockstep: messages of one source that wait for their tick; more than any pair of ticks brings
+constexpr std::size_t kMostHeld = 4096;
+
+}  // namespace
+
+Result<std::unique_ptr<RawInput>> InputPort::open(std::shared_ptr<Participant> participant,
+                                                  std::shared_ptr<PortBook> book, const std::string& name,
+                                                  const MessageType& type, Profile profile, std::size_t depth,
+                                                  bool lockstep) {
+  if (auto status = check_port_name(name); !status) {
+    return status.error();
+  }
+  std::unique_ptr<InputPort> self(new InputPort());
+  self->name_ = name;
+  self->type_ = type;
+  self->profile_ = profile;
+  self->depth_ = std::max<std::size_t>(depth, 1);
+  self->lockstep_ = lockstep;
+  self->participant_ = std::move(participant);
+  auto lock = NameLock::take(self->participant_->domain(), "port", name);
+  if (!lock) {
+    return lock.error();
+  }
+  self->lock_ = std::move(lock).value();
+  self->book_ = std::move(book);
+  self->book_->enter(static_cast<InputRecord*>(self.get()));
+  return std::unique_ptr<RawInput>(std::move(self));
+}
+
+InputPort::~InputPort() {
+  if (book_) {
+    book_->leave(static_cast<InputRecord*>(this));
+  }
+  // readers go without the lock, as a callback may be waiting for it
+  for (auto& entry : connections_) {
+    entry.second->reader_.reset();
+  }
+}
+
+void InputPort::Connection::on_message(std::shared_ptr<void> message, const MessageInfo& info) {
+  bool tell = false;
+  {
+    const std::lock_guard lock(port_.mutex_);
+    Stream& stream = streams_[info.writer];
+    if (stream.last >= info.sequence) {
+      return;  // a repetition
+    }
+    if (stream.last > 0) {
+      counters_.lost += info.sequence - stream.last - 1;
+    }
+    stream.last = info.sequence;
+    ++counters_.received;
+    counters_.bytes += info.bytes;
+    Item item{{std::move(message), counters_.source, Time{info.source_time_ns}, info.sequence}, info.writer};
+    if (port_.lockstep_) {
+      held_.push_back(std::move(item));
+      if (held_.size() > kMostHeld) {
+        held_.pop_front();
+        ++counters_.lost;
+      }
+      tell = target_ && info.sequence >= *target_;
+    } else {
+      port_.keep(*this, std::move(item));
+    }
+  }
+  if (tell) {
+    port_.book_->arrivals()->notify();
+  }
+  port_.changed_.notify();
+}
+
+void InputPort::Connection::on_matched(const Guid& writer, bool matched) {
+  {
+    const std::lock_guard lock(port_.mutex_);
+    if (matched) {
+      streams_[writer].live = true;
+      newest_writer_ = writer;
+    } else {
+      streams_.erase(writer);
+      if (newest_writer_ == writer) {
+        newest_writer_ = streams_.empty() ? Guid() : streams_.begin()->first;
+      }
+    }
+    counters_.live = !streams_.empty();
+  }
+  port_.changed_.notify();
+  port_.book_->notify();
+}
+
+void InputPort::keep(Connection& connection, Item item) {
+  // the bound holds for the queue as a whole: whoever floods it pushes out the oldest, and that one counts as
+  // lost
+  ready_.push_back(std::move(item));
+  if (ready_.size() > depth_) {
+    const auto owner = connections_.find(ready_.front().received.source);
+    ++(owner != connections_.end() ? owner->second->counters_.lost : connection.counters_.lost);
+    ready_.pop_front();
+  }
+}
+
+std::optional<RawReceived> InputPort::take() {
+  const std::lock_guard lock(mutex_);
+  if (ready_.empty()) {
+    return std::nullopt;
+  }
+  RawReceived received = std::move(ready_.front().received);
+  ready_.pop_front();
+  return received;
+}
+
+std::optional<RawReceived> InputPort::take_latest() {
+  const std::lock_guard lock(mutex_);
+  if (ready_.empty()) {
+    return std::nullopt;
+  }
+  RawReceived received = std::move(ready_.back().received);
+  ready_.clear();
+  return received;
+}
+
+bool InputPort::wait_for_message(double timeout_s) {
+  return changed_.wait(
+      [&] {
+        const std::lock_guard lock(mutex_);
+        return !ready_.empty();
+      },
+      timeout_s);
+}
+
+bool InputPort::wait_for_sources(std::size_t count, double timeout_s) {
+  return changed_.wait(
+      [&] {
+        const std::lock_guard lock(mutex_);
+        return static_cast<std::size_t>(
+                   std::count_if(connections_.begin(), connections_.end(),
+                                 [](const auto& entry) { return entry.second->counters_.live; })) >= count;
+      },
+      timeout_s);
+}
+
+EndpointInfo InputPort::own_info() const {
+  const Quality quality = Quality::of(profile_, depth_, false, lockstep_);
+  EndpointInfo info;
+  info.dds_type = type_.dds_name;
+  info.node = participant_->node_name();
+  info.port = name_;
+  info.profile = quality.profile;
+  info.reliable = quality.reliable;
+  info.transient_local = quality.transient_local;
+  return info;
+}
+
+Status InputPort::connect(const std::string& output_name) {
+  if (auto status = check_port_name(output_name); !status) {
+    return status.error();
+  }
+  const std::lock_guard wiring(wiring_mutex_);
+  {
+    const std::lock_guard lock(mutex_);
+    if (connections_.contains(output_name)) {
+      return {};
+    }
+  }
+  for (const auto& [guid, info] : participant_->endpoints_of(topic_of(output_name))) {
+    if (!info.is_writer) {
+      continue;
+    }
+    if (const std::string why = misfit(info, own_info()); !why.empty()) {
+      return Error{ErrorCode::kInvalidArgument, why};
+    }
+  }
+  auto fresh = std::make_unique<Connection>(*this, output_name);
+  Connection& connection = *fresh;
+  {
+    const std::lock_guard lock(mutex_);
+    connections_[output_name] = std::move(fresh);
+  }
+  auto reader = Reader::open(participant_, topic_of(output_name), type_,
+                             Quality::of(profile_, depth_, false, lockstep_), name_, connection);
+  if (!reader) {
+    const std::lock_guard lock(mutex_);
+    connections_.erase(output_name);
+    return reader.error();
+  }
+  // callbacks do not look at reader_
+  connection.reader_ = std::move(reader).value();
+  book_->notify();
+  return {};
+}
+
+Status InputPort::disconnect(const std::string& output_name) {
+  const std::lock_guard wiring(wiring_mutex_);
+  std::unique_ptr<Reader> reader;
+  {
+    const std::lock_guard lock(mutex_);
+    const auto found = connections_.find(output_name);
+    if (found == connections_.end()) {
+      return Error{ErrorCode::kNotFound, "port " + name_ + " is not connected to " + output_name};
+    }
+    reader = std::move(found->second->reader_);
+  }
+  // without the lock: a callback may be waiting for it
+  reader.reset();
+  {
+    const std::lock_guard lock(mutex_);
+    connections_.erase(output_name);
+  }
+  book_->notify();
+  return {};
+}
+
+std::vector<ConnectionCounters> InputPort::connections() const {
+  const std::lock_guard lock(mutex_);
+  std::vector<ConnectionCounters> all;
+  for (const auto& entry : connections_) {
+    all.push_back(entry.second->counters_);
+  }
+  return all;
+}
+
+PortDescription InputPort::describe() const {
+  PortDescription description;
+  description.name = name_;
+  description.type = type_.ros_name();
+  description.direction = "input";
+  description.profile = to_string(profile_);
+  const std::lock_guard lock(mutex_);
+  for (const auto& entry : connections_) {
+    description.connections.push_back(entry.second->counters_);
+  }
+  return description;
+}
+
+std::vector<std::string> InputPort::new_complaints() {
+  std::vector<std::string> sources;
+  {
+    const std::lock_guard lock(mutex_);
+    for (const auto& entry : connections_) {
+      sources.push_back(entry.first);
+    }
+  }
+  std::vector<std::string> complaints;
+  for (const std::string& source : sources) {
+    for (const auto& [guid, info] : participant_->endpoints_of(topic_of(source))) {
+      if (!info.is_writer) {
+        continue;
+      }
+      const std::string why = misfit(info, own_info());
+      const std::lock_guard lock(mutex_);
+      if (!why.empty() && complained_.insert(guid).second) {
+        complaints.push_back(why);
+      }
+    }
+  }
+  return complaints;
+}
+
+std::vector<Wire> InputPort::wires() const {
+  const std::lock_guard lock(mutex_);
+  std::vector<Wire> wires;
+  for (const auto& entry : connections_) {
+    wires.push_back({entry.first, name_, entry.second->counters_.live});
+  }
+  return wires;
+}
+
+void InputPort::aim(const Sequences& written) {
+  const std::lock_guard lock(mutex_);
+  for (auto& entry : connections_) {
+    const auto found = written.find(entry.first);
+    entry.second->target_ = found == written.end() ? std::nullopt : std::optional(found->second);
+  }
+}
+
+bool InputPort::has_arrived(const Connection& connection) const {
+  if (!connection.target_ || *connection.target_ == 0) {
+    return true;
+  }
+  const auto stream = connection.streams_.find(connection.newest_writer_);
+  if (stream == connection.streams_.end() || !stream->second.live) {
+    return true;  // the source is gone, or not there yet
+  }
+  if (!connection.started_) {
+    // what was written before this connection's first tick comes only from a port that keeps its last message
+    const auto info = participant_->endpoint(connection.newest_writer_);
+    if (profile_ != Profile::kState || !info || !info->transient_local) {
+      return true;
+    }
+  }
+  return stream->second.last >= *connection.target_;
+}
+
+bool InputPort::arrived() const {
+  const std::lock_guard lock(mutex_);
+  return std::all_of(connections_.begin(), connections_.end(),
+                     [&](const auto& entry) { return has_arrived(*entry.second); });
+}
+
+std::string InputPort::missing() const {
+  const std::lock_guard lock(mutex_);
+  std::string text;
+  for (const auto& entry : connections_) {
+    if (!has_arrived(*entry.second)) {
+      text += (text.empty() ? "" : ", ") + name_ + " from " + entry.first;
+    }
+  }
+  return text;
+}
+
+void InputPort::release() {
+  const std::lock_guard lock(mutex_);
+  for (auto& entry : connections_) {
+    Connection& connection = *entry.second;
+    std::deque<Item> due;
+    std::deque<Item> later;
+    for (Item& item : connection.held_) {
+      const bool is_bound = connection.target_ && item.writer == connection.newest_writer_;
+      (is_bound && item.received.sequence > *connection.target_ ? later : due).push_back(std::move(item));
+    }
+    connection.held_ = std::move(later);
+    // Before the first tick of a connection, whether a message still reaches it is a matter of chance: only
+    // the last one of a state port is sure, so only that one is handed out.
+    if (!connection.started_ && connection.target_ && !due.empty()) {
+      if (profile_ == Profile::kState) {
+        due.erase(due.begin(), due.end() - 1);
+      } else {
+        due.clear();
+      }
+    }
+    connection.started_ = connection.started_ || connection.counters_.live;
+    for (Item& item : due) {
+      keep(connection, std::move(item));
+    }
+  }
+}
+
+}  // namespace nido

@@ -1,0 +1,97 @@
+#pragma once
+
+#include <deque>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "endpoints.h"
+#include "name_lock.h"
+#include "nido/middleware/raw_port.h"
+#include "port_book.h"
+
+namespace nido {
+
+// An input port on DDS: one reader for each connected output. Messages wait in two places: in lockstep, first
+// with their connection until the barrier releases them; then in the queue that the user takes from.
+class InputPort final : public RawInput, public InputRecord {
+ public:
+  static Result<std::unique_ptr<RawInput>> open(std::shared_ptr<Participant> participant,
+                                                std::shared_ptr<PortBook> book, const std::string& name,
+                                                const MessageType& type, Profile profile, std::size_t depth,
+                                                bool lockstep);
+  ~InputPort() override;
+
+  std::optional<RawReceived> take() override;
+  std::optional<RawReceived> take_latest() override;
+  bool wait_for_message(double timeout_s) override;
+  bool wait_for_sources(std::size_t count, double timeout_s) override;
+  Status connect(const std::string& output_name) override;
+  Status disconnect(const std::string& output_name) override;
+  [[nodiscard]] std::vector<ConnectionCounters> connections() const override;
+  [[nodiscard]] const std::string& name() const override { return name_; }
+
+  [[nodiscard]] PortDescription describe() const override;
+  void drain_name_lock() override { lock_->drain(); }
+  std::vector<std::string> new_complaints() override;
+  [[nodiscard]] std::vector<Wire> wires() const override;
+  void aim(const Sequences& written) override;
+  [[nodiscard]] bool arrived() const override;
+  [[nodiscard]] std::string missing() const override;
+  void release() override;
+
+ private:
+  struct Item {
+    RawReceived received;
+    Guid writer;
+  };
+  // What one writer of a source has sent: a source that was started again is another writer.
+  struct Stream {
+    std::uint64_t last = 0;
+    bool live = false;
+  };
+  class Connection final : public ReaderEvents {
+   public:
+    Connection(InputPort& port, std::string source)
+        : port_(port), counters_{std::move(source), false, 0, 0, 0} {}
+    void on_message(std::shared_ptr<void> message, const MessageInfo& info) override;
+    void on_matched(const Guid& writer, bool matched) override;
+
+   private:
+    friend class InputPort;
+    InputPort& port_;
+    ConnectionCounters counters_;
+    std::map<Guid, Stream> streams_;
+    Guid newest_writer_;                   // of those that are live, the one that appeared last
+    std::deque<Item> held_;                // lockstep: not released yet, in order of arrival
+    bool started_ = false;                 // lockstep: has been released once
+    std::optional<std::uint64_t> target_;  // lockstep: may be taken up to here in this tick
+    std::unique_ptr<Reader> reader_;       // last: the first to go, as it calls the above
+  };
+
+  InputPort() = default;
+  void keep(Connection& connection, Item item);
+  [[nodiscard]] bool has_arrived(const Connection& connection) const;
+  [[nodiscard]] EndpointInfo own_info() const;
+
+  std::string name_;
+  MessageType type_;
+  Profile profile_ = Profile::kSensor;
+  std::size_t depth_ = 1;
+  bool lockstep_ = false;
+  std::shared_ptr<Participant> participant_;
+  std::shared_ptr<PortBook> book_;
+  std::unique_ptr<NameLock> lock_;
+  ChangeSignal changed_;  // a message or a source came
+
+  std::mutex wiring_mutex_;  // one connect or disconnect at a time; never held in a DDS callback
+  mutable std::mutex mutex_;
+  std::map<std::string, std::unique_ptr<Connection>> connections_;  // by source: the order of lockstep
+  std::deque<Item> ready_;
+  std::set<Guid> complained_;
+};
+
+}  // namespace nido

@@ -1,0 +1,466 @@
+#include "node_impl.h"
+
+#include <unistd.h>
+
+#include <chrono>
+#include <sstream>
+
+#include "nido/middleware/port_name.h"
+#include "nido/middleware/typed_port.h"
+
+namespace nido {
+
+namespace {
+
+using Steady = std::chrono::steady_clock;
+
+Quality last_one() {
+  Quality quality;
+  quality.transient_local = true;
+  return quality;
+}
+
+msgs::Time to_message(Time time) {
+  msgs::Time message;
+  message.sec(static_cast<std::int32_t>(time.ns / 1'000'000'000));
+  message.nanosec(static_cast<std::uint32_t>(time.ns % 1'000'000'000));
+  return message;
+}
+
+Time wall_now() {
+  return {std::chrono::duration_cast<std::chrono::nanoseconds>(
+              std::chrono::system_clock::now().time_since_epoch())
+              .count()};
+}
+
+std::int64_t period_ns(const NodeOptions& options) { return Time::from_seconds(options.period_s).ns; }
+
+// A node's calls fall on the first tick at or after each period, counted from its first tick.
+class Rhythm {
+ public:
+  explicit Rhythm(std::int64_t period) : period_(period) {}
+  bool is_due(Time now) {
+    if (!started_ || now.ns < last_) {  // the first tick, or the clock began anew
+      started_ = true;
+      next_ = now.ns;
+    }
+    last_ = now.ns;
+    if (now.ns < next_) {
+      return false;
+    }
+    next_ += ((now.ns - next_) / period_ + 1) * period_;
+    return true;
+  }
+
+ private:
+  const std::int64_t period_;
+  bool started_ = false;
+  std::int64_t next_ = 0;
+  std::int64_t last_ = 0;
+};
+
+}  // namespace
+
+// Follows /clock.
+class NodeImpl::ClockReader final : public ReaderEvents {
+ public:
+  explicit ClockReader(NodeImpl& node) : node_(node) {}
+  Status open() {
+    auto reader =
+        Reader::open(node_.participant_, "rt/clock", message_type_of<msgs::Clock>(), last_one(), "", *this);
+    if (!reader) {
+      return reader.error();
+    }
+    reader_ = std::move(reader).value();
+    return {};
+  }
+  void on_message(std::shared_ptr<void> message, const MessageInfo& /*info*/) override {
+    const auto& clock = static_cast<msgs::Clock*>(message.get())->clock();
+    node_.clock_ns_.store(std::int64_t{clock.sec()} * 1'000'000'000 + clock.nanosec());
+    count_.fetch_add(1);
+    node_.book_->arrivals()->notify();
+  }
+  [[nodiscard]] std::uint64_t count() const { return count_.load(); }
+
+ private:
+  NodeImpl& node_;
+  std::atomic<std::uint64_t> count_{0};
+  std::unique_ptr<Reader> reader_;
+};
+
+NodeImpl::NodeImpl(NodeOptions options) : options_(std::move(options)), log_(options_.name) {}
+
+Result<std::unique_ptr<NodeImpl>> NodeImpl::make(NodeOptions options) {
+  if (options.name.empty() || !check_port_name("/" + options.name)) {
+    return Error{ErrorCode::kInvalidArgument,
+                 "node name '" + options.name + "' is not allowed: letters, digits and '_' make a name"};
+  }
+  if (!(options.period_s >= 0.0001 && options.period_s <= 3600)) {
+    return Error{ErrorCode::kInvalidArgument, "period_s of node " + options.name + " is " +
+                                                  std::to_string(options.period_s) +
+                                                  ", allowed is 0.0001 to 3600"};
+  }
+  std::unique_ptr<NodeImpl> self(new NodeImpl(std::move(options)));
+  if (auto status = self->open(); !status) {
+    return status.error();
+  }
+  return self;
+}
+
+Status NodeImpl::open() {
+  if (options_.handle_signals) {
+    watch_ = std::make_unique<ProcessWatch>([this] { stop(); });
+  }
+  auto lock = NameLock::take(options_.domain, "node", options_.name);
+  if (!lock) {
+    return lock.error();
+  }
+  lock_ = std::move(lock).value();
+  auto participant = Participant::join(options_.domain, options_.name);
+  if (!participant) {
+    return participant.error();
+  }
+  participant_ = std::move(participant).value();
+  participant_->watch(book_->changes());
+  participant_->watch(book_->arrivals());
+
+  const auto make_writer = [&](const std::string& topic, const MessageType& type, const Quality& quality,
+                               std::unique_ptr<Writer>& place) -> Status {
+    auto writer = Writer::open(participant_, topic, type, quality, "");
+    if (!writer) {
+      return writer.error();
+    }
+    place = std::move(writer).value();
+    return {};
+  };
+  if (!options_.hidden) {
+    Quality event;
+    event.depth = 100;
+    event.profile = to_string(Profile::kEvent);
+    if (auto status = make_writer("rt/log", message_type_of<msgs::Log>(), event, log_writer_); !status) {
+      return status;
+    }
+    Quality state = last_one();
+    state.profile = to_string(Profile::kState);
+    if (auto status = make_writer("rt/nido/nodes", message_type_of<msgs::NodeInfo>(), state, info_writer_);
+        !status) {
+      return status;
+    }
+    auto control = TextService::open(participant_, book_, "/" + options_.name + "/control",
+                                     [this](const std::string& command) { return this->control(command); });
+    if (!control) {
+      return control.error();
+    }
+    control_ = std::move(control).value();
+  }
+  if (options_.clock == ClockMode::kSimulated) {
+    clock_reader_ = std::make_unique<ClockReader>(*this);
+    if (auto status = clock_reader_->open(); !status) {
+      return status;
+    }
+  }
+  housekeeper_ = std::thread([this] { keep_house(); });
+  return {};
+}
+
+NodeImpl::~NodeImpl() {
+  set_state("stopping", "");
+  stopped_.store(true);
+  closing_.store(true);
+  book_->notify();
+  if (housekeeper_.joinable()) {
+    housekeeper_.join();
+  }
+  control_.reset();
+  {
+    const std::lock_guard lock(mutex_);
+    clients_.clear();
+  }
+}
+
+Time NodeImpl::now() const {
+  if (options_.clock == ClockMode::kWall && !owns_clock_.load()) {
+    return wall_now();
+  }
+  return {clock_ns_.load()};
+}
+
+Result<std::unique_ptr<RawOutput>> NodeImpl::open_raw_output(const std::string& port_name,
+                                                             const MessageType& type, Profile profile,
+                                                             std::size_t depth) {
+  return OutputPort::open(participant_, book_, port_name, type, profile, depth,
+                          options_.clock == ClockMode::kLockstep);
+}
+
+Result<std::unique_ptr<RawInput>> NodeImpl::open_raw_input(const std::string& port_name,
+                                                           const MessageType& type, Profile profile,
+                                                           std::size_t depth) {
+  auto port = InputPort::open(participant_, book_, port_name, type, profile, depth,
+                              options_.clock == ClockMode::kLockstep);
+  if (!port) {
+    return port;
+  }
+  for (const auto& [output, input] : options_.connections) {
+    if (input == port_name) {
+      if (auto status = (*port)->connect(output); !status) {
+        return status.error();
+      }
+    }
+  }
+  return port;
+}
+
+Result<std::unique_ptr<Node::Service>> NodeImpl::open_service(
+    const std::string& port_name, std::function<std::string(const std::string&)> handler) {
+  auto service = TextService::open(participant_, book_, port_name, std::move(handler));
+  if (!service) {
+    return service.error();
+  }
+  return std::unique_ptr<Service>(std::move(service).value());
+}
+
+Result<std::string> NodeImpl::call(const std::string& port_name, const std::string& text, double timeout_s) {
+  std::shared_ptr<TextClient> client;
+  {
+    const std::lock_guard lock(mutex_);
+    client = clients_[port_name];
+    if (!client) {
+      auto fresh = TextClient::open(participant_, port_name);
+      if (!fresh) {
+        clients_.erase(port_name);
+        return fresh.error();
+      }
+      client = clients_[port_name] = std::move(fresh).value();
+    }
+  }
+  return client->call(text, timeout_s, [this] { return is_stopped(); });
+}
+
+void NodeImpl::on_set_parameter(std::function<Status(const std::string&, const std::string&)> handler) {
+  const std::lock_guard lock(mutex_);
+  set_handler_ = std::move(handler);
+}
+
+void NodeImpl::note_parameter(const std::string& key, const std::string& value) {
+  {
+    const std::lock_guard lock(mutex_);
+    parameters_[key] = value;
+  }
+  book_->changes()->notify();
+}
+
+void NodeImpl::set_state(const std::string& state, const std::string& detail) {
+  {
+    const std::lock_guard lock(mutex_);
+    state_ = state;
+    detail_ = detail;
+  }
+  book_->changes()->notify();
+}
+
+void NodeImpl::set_failed(const std::string& sentence) {
+  log_error(sentence);
+  set_state("failed", sentence);
+}
+
+void NodeImpl::stop() {
+  stopped_.store(true);
+  book_->notify();
+}
+
+Error NodeImpl::interrupted() const {
+  return {ErrorCode::kInterrupted, "node " + options_.name + " was asked to stop"};
+}
+
+void NodeImpl::log(NodeLog::Level level, const std::string& text) {
+  log_.add(now(), level, text);
+  book_->changes()->notify();
+}
+
+Status NodeImpl::run(const std::function<Status(Time)>& on_tick) {
+  switch (options_.clock) {
+    case ClockMode::kWall:
+      return run_on_wall(on_tick);
+    case ClockMode::kSimulated:
+      return run_on_clock(on_tick);
+    case ClockMode::kLockstep:
+      return run_in_lockstep(on_tick);
+  }
+  return {};
+}
+
+Status NodeImpl::run_on_wall(const std::function<Status(Time)>& on_tick) {
+  const std::chrono::nanoseconds period(period_ns(options_));
+  auto due = Steady::now();
+  while (!is_stopped()) {
+    if (auto status = on_tick(now()); !status) {
+      return status;
+    }
+    // periods that are over already are left out
+    due += period;
+    const auto wall = Steady::now();
+    if (due < wall) {
+      due += (wall - due) / period * period;
+    }
+    while (!is_stopped()) {
+      const std::uint64_t seen = book_->arrivals()->count();
+      if (is_stopped() || !book_->arrivals()->wait_until(seen, due)) {
+        break;
+      }
+    }
+  }
+  return {};
+}
+
+Status NodeImpl::run_on_clock(const std::function<Status(Time)>& on_tick) {
+  Rhythm rhythm(period_ns(options_));
+  std::uint64_t seen = 0;
+  for (;;) {
+    const auto has_ticked = [&] { return is_stopped() || clock_reader_->count() != seen; };
+    while (!book_->arrivals()->wait(has_ticked, 3600.0)) {
+    }
+    if (is_stopped()) {
+      return {};
+    }
+    seen = clock_reader_->count();
+    const Time time = now();
+    if (rhythm.is_due(time)) {
+      if (auto status = on_tick(time); !status) {
+        return status;
+      }
+    }
+  }
+}
+
+LockstepContext NodeImpl::lockstep_context() {
+  return {participant_,
+          book_,
+          options_.name,
+          [this] { return is_stopped(); },
+          [this](const std::string& text) { log_info(text); },
+          [this](const std::string& text) { log_warning(text); }};
+}
+
+Status NodeImpl::run_in_lockstep(const std::function<Status(Time)>& on_tick) {
+  auto member = LockstepMember::open(lockstep_context());
+  if (!member) {
+    return member.error();
+  }
+  Rhythm rhythm(period_ns(options_));
+  while (const auto start = (*member)->next()) {
+    if (rhythm.is_due(start->time)) {
+      clock_ns_.store(start->time.ns);
+      if (!(*member)->prepare()) {
+        return {};
+      }
+      if (auto status = on_tick(start->time); !status) {
+        return status;
+      }
+    }
+    (*member)->finish(start->tick);
+  }
+  return {};
+}
+
+Status NodeImpl::publish_clock(Time time) {
+  if (is_stopped()) {
+    return interrupted();
+  }
+  if (!owns_clock_.load()) {
+    if (options_.clock == ClockMode::kSimulated) {
+      return Error{ErrorCode::kInvalidArgument,
+                   "node " + options_.name +
+                       " follows /clock and cannot publish it; give it clock wall, or "
+                       "lockstep for a barrier"};
+    }
+    auto lock = NameLock::take(options_.domain, "port", "/clock");
+    if (!lock) {
+      return lock.error();
+    }
+    clock_lock_ = std::move(lock).value();
+    Quality quality = last_one();
+    quality.profile = to_string(Profile::kState);
+    auto writer = Writer::open(participant_, "rt/clock", message_type_of<msgs::Clock>(), quality, "/clock");
+    if (!writer) {
+      return writer.error();
+    }
+    clock_writer_ = std::move(writer).value();
+    if (options_.clock == ClockMode::kLockstep) {
+      const auto nodes = parameter<std::vector<std::string>>("lockstep.nodes", {});
+      if (!nodes) {
+        return nodes.error();
+      }
+      auto owner = LockstepOwner::open(lockstep_context(), *nodes);
+      if (!owner) {
+        return owner.error();
+      }
+      lockstep_owner_ = std::move(owner).value();
+    }
+    owns_clock_.store(true);
+  }
+  clock_ns_.store(time.ns);
+  msgs::Clock clock;
+  clock.clock(to_message(time));
+  clock_writer_->write(&clock);
+  if (lockstep_owner_ && !lockstep_owner_->tick(time)) {
+    return interrupted();
+  }
+  return is_stopped() ? Status(interrupted()) : Status();
+}
+
+std::string NodeImpl::control(const std::string& command) {
+  std::istringstream words(command);
+  std::string verb;
+  std::string first;
+  std::string second;
+  words >> verb >> first;
+  std::getline(words >> std::ws, second);
+  const auto answer = [](const Status& status) {
+    return status ? std::string("[ok]") : "[fail] " + status.error().message;
+  };
+  if (verb == "connect" || verb == "disconnect") {
+    Status status =
+        Error{ErrorCode::kNotFound, "node " + options_.name + " has no input port '" + second + "'"};
+    book_->each_input([&](InputRecord& port) {
+      if (port.describe().name == second) {
+        status = verb == "connect" ? port.connect(first) : port.disconnect(first);
+      }
+    });
+    return answer(status);
+  }
+  if (verb == "set" && !first.empty()) {
+    std::function<Status(const std::string&, const std::string&)> handler;
+    {
+      const std::lock_guard lock(mutex_);
+      handler = set_handler_;
+    }
+    if (!handler) {
+      return "[fail] node " + options_.name + " has no parameters that can be set while it runs";
+    }
+    const Status status = handler(first, second);
+    if (status) {
+      note_parameter(first, second);
+    }
+    return answer(status);
+  }
+  if (verb == "info") {
+    std::string text = "[ok] " + options_.name + " ";
+    {
+      const std::lock_guard lock(mutex_);
+      text += state_ + (detail_.empty() ? "" : " (" + detail_ + ")");
+    }
+    book_->each_port([&](PortRecord& port) {
+      const PortDescription description = port.describe();
+      text += "\n" + description.direction + " " + description.name + " " + description.type;
+    });
+    return text;
+  }
+  if (verb == "stop") {
+    stop();
+    return "[ok]";
+  }
+  return "[fail] '" + command +
+         "' is not understood; there are: connect OUT IN, disconnect OUT IN, set KEY VALUE, info, stop";
+}
+
+}  // namespace nido

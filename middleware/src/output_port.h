@@ -1,0 +1,46 @@
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "endpoints.h"
+#include "name_lock.h"
+#include "nido/middleware/raw_port.h"
+#include "port_book.h"
+
+namespace nido {
+
+// An output port on DDS.
+class OutputPort final : public RawOutput, public OutputRecord {
+ public:
+  static Result<std::unique_ptr<RawOutput>> open(std::shared_ptr<Participant> participant,
+                                                 std::shared_ptr<PortBook> book, const std::string& name,
+                                                 const MessageType& type, Profile profile, std::size_t depth,
+                                                 bool lockstep);
+  ~OutputPort() override;
+
+  Status write(const void* message) override;
+  [[nodiscard]] std::size_t reader_count() const override { return writer_->reader_count(); }
+  bool wait_for_readers(std::size_t count, double timeout_s) override;
+  [[nodiscard]] const std::string& name() const override { return name_; }
+
+  [[nodiscard]] PortDescription describe() const override;
+  void drain_name_lock() override { lock_->drain(); }
+  [[nodiscard]] std::uint64_t written() const override { return writer_->written(); }
+  [[nodiscard]] std::vector<Wire> wires() const override;
+
+ private:
+  OutputPort() = default;
+  std::string name_;
+  MessageType type_;
+  Profile profile_ = Profile::kSensor;
+  std::shared_ptr<Participant> participant_;
+  std::shared_ptr<PortBook> book_;
+  std::unique_ptr<NameLock> lock_;
+  std::unique_ptr<Writer> writer_;
+};
+
+// Why an output and an input of two descriptions cannot be connected; empty if they can.
+std::string misfit(const EndpointInfo& output, const EndpointInfo& input);
+
+}  // namespace nido

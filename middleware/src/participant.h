@@ -1,0 +1,98 @@
+#pragma once
+
+#include <fastdds/dds/domain/DomainParticipant.hpp>
+#include <fastdds/dds/publisher/Publisher.hpp>
+#include <fastdds/dds/subscriber/Subscriber.hpp>
+#include <fastdds/dds/topic/Topic.hpp>
+#include <fastdds/dds/topic/TypeSupport.hpp>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "change_signal.h"
+#include "nido/interfaces/result.h"
+#include "nido/middleware/raw_port.h"
+
+namespace nido {
+
+namespace dds = eprosima::fastdds::dds;
+using Guid = eprosima::fastrtps::rtps::GUID_t;
+
+// A writer or reader that some process of the domain has, as discovered.
+struct EndpointInfo {
+  bool is_writer = false;
+  std::string topic;     // "rt/vision/objects"
+  std::string dds_type;  // "nido_msgs::msg::dds_::Percepts_"
+  std::string node;      // of nido's endpoints: the node's name
+  std::string port;      // of nido's endpoints: the port's name
+  std::string profile;   // of nido's endpoints: "sensor", ...
+  bool reliable = false;
+  bool transient_local = false;
+};
+
+// A process's membership in a DDS domain: this machine only, discovery over UDP on loopback (which finds
+// restarted processes at once), user traffic over shared memory. Thread-safe.
+class Participant {
+ public:
+  static Result<std::shared_ptr<Participant>> join(int domain, const std::string& node_name);
+  ~Participant();
+  Participant(const Participant&) = delete;
+  Participant& operator=(const Participant&) = delete;
+
+  [[nodiscard]] const std::string& node_name() const { return node_name_; }
+  [[nodiscard]] int domain() const { return domain_; }
+
+  // A topic with its type registered; shared by all endpoints of this process. Null when the process uses the
+  // topic with another type already.
+  dds::Topic* acquire_topic(const std::string& topic, const MessageType& type);
+  void release_topic(dds::Topic* topic);
+  [[nodiscard]] dds::Publisher* publisher() const { return publisher_; }
+  [[nodiscard]] dds::Subscriber* subscriber() const { return subscriber_; }
+
+  // Every endpoint known in the domain, own ones too.
+  [[nodiscard]] std::optional<EndpointInfo> endpoint(const Guid& guid) const;
+  [[nodiscard]] std::vector<std::pair<Guid, EndpointInfo>> endpoints_of(const std::string& topic) const;
+  [[nodiscard]] std::vector<EndpointInfo> endpoints() const;
+  void add_endpoint(const Guid& guid, const EndpointInfo& info);
+  void remove_endpoint(const Guid& guid);
+  // Told at every change of the endpoints.
+  void watch(const std::shared_ptr<ChangeSignal>& signal);
+
+  // Listeners that DDS may still be calling: kept until the participant is gone.
+  void keep(std::shared_ptr<void> listener);
+
+ private:
+  class Listener;
+  Participant(int domain, std::string node_name);
+  void endpoints_changed();
+
+  const int domain_;
+  const std::string node_name_;
+  std::unique_ptr<Listener> listener_;
+  dds::DomainParticipant* participant_ = nullptr;
+  dds::Publisher* publisher_ = nullptr;
+  dds::Subscriber* subscriber_ = nullptr;
+
+  std::mutex topics_mutex_;
+  struct TopicUse {
+    dds::Topic* topic = nullptr;
+    std::string type;
+    int users = 0;
+  };
+  std::map<std::string, TopicUse> topics_;
+
+  mutable std::mutex endpoints_mutex_;
+  std::map<Guid, EndpointInfo> endpoints_;
+  std::vector<std::weak_ptr<ChangeSignal>> watchers_;
+  std::vector<std::shared_ptr<void>> kept_;
+};
+
+// What an endpoint tells about itself in its user data, and the way back.
+std::vector<unsigned char> pack_user_data(const std::string& node, const std::string& port,
+                                          const std::string& profile);
+void unpack_user_data(const std::vector<unsigned char>& data, EndpointInfo& info);
+
+}  // namespace nido

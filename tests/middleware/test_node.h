@@ -1,0 +1,56 @@
+#pragma once
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <memory>
+#include <string>
+
+#include "nido/middleware/node.h"
+#include "nido/middleware/typed_port.h"
+
+namespace nido::testing {
+
+// A domain that no other test program of this machine uses at the same time, most likely.
+inline int own_domain() { return 100 + static_cast<int>(getpid() % 120); }
+
+// Long enough for a loaded machine; conditions end the wait as soon as they hold.
+constexpr double kPatience_s = 20.0;
+
+inline NodeOptions options_of(const std::string& name) {
+  NodeOptions options;
+  options.name = name;
+  options.domain = own_domain();
+  options.handle_signals = false;
+  return options;
+}
+
+inline std::unique_ptr<Node> make_node(NodeOptions options) {
+  auto node = Node::create(std::move(options));
+  EXPECT_TRUE(node.ok()) << node.error().message;
+  return node ? std::move(node).value() : nullptr;
+}
+inline std::unique_ptr<Node> make_node(const std::string& name) { return make_node(options_of(name)); }
+
+template <class T>
+std::unique_ptr<Output<T>> make_output(Node& node, const std::string& name, Profile profile,
+                                       std::size_t depth = 16) {
+  auto port = node.open_output<T>(name, profile, depth);
+  EXPECT_TRUE(port.ok()) << port.error().message;
+  return port ? std::move(port).value() : nullptr;
+}
+template <class T>
+std::unique_ptr<Input<T>> make_input(Node& node, const std::string& name, Profile profile,
+                                     std::size_t depth = 16) {
+  auto port = node.open_input<T>(name, profile, depth);
+  EXPECT_TRUE(port.ok()) << port.error().message;
+  return port ? std::move(port).value() : nullptr;
+}
+
+inline msgs::String text(const std::string& value) {
+  msgs::String message;
+  message.data(value);
+  return message;
+}
+
+}  // namespace nido::testing
