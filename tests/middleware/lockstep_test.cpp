@@ -1,0 +1,82 @@
+#include <map>
+
+#include "child_process.h"
+#include "test_node.h"
+
+namespace nido::testing {
+
+namespace {
+
+// Runs an owner and members that all talk to all; what each of them saw, by name.
+std::map<std::string, std::string> run_lockstep(int members, int ticks, int jitter_us,
+                                                double* us_per_tick = nullptr) {
+  std::map<std::string, std::string> hashes;
+  std::vector<std::unique_ptr<ChildProcess>> children;
+  std::string names;
+  for (int i = 0; i < members; ++i) {
+    names += (i == 0 ? "" : ", ") + ("m" + std::to_string(i));
+  }
+  std::vector<std::string> common{"--domain", std::to_string(own_domain()), "--clock", "lockstep"};
+  std::vector<std::string> owner_args{"owner", "--set", "lockstep.nodes=[" + names + "]", "--set",
+                                      "ticks=" + std::to_string(ticks)};
+  owner_args.insert(owner_args.end(), common.begin(), common.end());
+  for (int i = 0; i < members; ++i) {
+    const std::string name = "m" + std::to_string(i);
+    std::vector<std::string> arguments{"member", "--name", name, "--set",
+                                       "jitter_us=" + std::to_string(jitter_us)};
+    arguments.insert(arguments.end(), common.begin(), common.end());
+    // one in three is slower than the tick
+    if (i % 3 == 2) {
+      arguments.insert(arguments.end(), {"--period", "0.0333"});
+    }
+    for (int other = 0; other < members; ++other) {
+      if (other != i) {
+        for (const char* port : {"out", "state", "command"}) {
+          if (std::string(port) != "state") {
+            arguments.insert(arguments.end(), {"--connect", "/m" + std::to_string(other) + "/" + port +
+                                                                ":o=/" + name + "/in:i"});
+          }
+        }
+      }
+    }
+    arguments.insert(arguments.end(), {"--connect", "/owner/out:o=/" + name + "/in:i"});
+    owner_args.insert(owner_args.end(), {"--connect", "/" + name + "/out:o=/owner/in:i"});
+    children.push_back(std::make_unique<ChildProcess>(NIDO_TEST_PEER, arguments));
+  }
+  ChildProcess owner(NIDO_TEST_PEER, owner_args);
+  hashes["owner"] = owner.line_with("HASH ", 90.0);
+  const std::string per_tick = owner.line_with("US_PER_TICK ");
+  if (us_per_tick != nullptr) {
+    *us_per_tick = std::stod(per_tick == "(none)" ? "1e9" : per_tick);
+  }
+  for (int i = 0; i < members; ++i) {
+    children[static_cast<std::size_t>(i)]->signal(SIGTERM);
+    hashes["m" + std::to_string(i)] = children[static_cast<std::size_t>(i)]->line_with("HASH ");
+  }
+  EXPECT_EQ(owner.wait_for_end(), 0) << owner.seen();
+  return hashes;
+}
+
+TEST(Lockstep, IsRepeatableBitForBit) {
+  const auto first = run_lockstep(3, 200, 2000);
+  const auto second = run_lockstep(3, 200, 500);
+  EXPECT_EQ(first, second);
+  EXPECT_EQ(first.size(), 4U);
+  for (const auto& [name, hash] : first) {
+    EXPECT_NE(hash, "(none)") << name;
+  }
+  EXPECT_NE(first.at("m0"), first.at("m1"));
+}
+
+TEST(Lockstep, SixNodesStepInWellUnderAMillisecond) {
+  double us_per_tick = 1e9;
+  run_lockstep(6, 2000, 0, &us_per_tick);
+  RecordProperty("us_per_tick", std::to_string(us_per_tick));
+  std::printf("barrier round of 6 nodes: %.0f us\n", us_per_tick);
+  // generous: other work may share the machine
+  EXPECT_LT(us_per_tick, 10000);
+}
+
+}  // namespace
+
+}  // namespace nido::testing

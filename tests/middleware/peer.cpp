@@ -1,0 +1,169 @@
+// A process for the tests to start, talk to and kill. The first argument says what it does, the others are a
+// node's.
+
+#include <chrono>
+#include <cstdio>
+#include <iostream>
+#include <random>
+#include <thread>
+
+#include "nido/middleware/node.h"
+#include "nido/middleware/typed_port.h"
+
+namespace nido {
+
+namespace {
+
+// Everything that a node has seen, as a number (FNV-1a).
+class Hash {
+ public:
+  void add(const std::string& text) {
+    for (const char c : text) {
+      value_ = (value_ ^ static_cast<unsigned char>(c)) * 1099511628211ULL;
+    }
+    value_ = (value_ ^ 0xffU) * 1099511628211ULL;
+  }
+  [[nodiscard]] std::string text() const {
+    char digits[20];
+    std::snprintf(digits, sizeof digits, "%016llx", static_cast<unsigned long long>(value_));
+    return digits;
+  }
+
+ private:
+  std::uint64_t value_ = 14695981039346656037ULL;
+};
+
+msgs::String words(const std::string& value) {
+  msgs::String message;
+  message.data(value);
+  return message;
+}
+
+void say(const std::string& line) { std::cout << line << std::endl; }
+
+void take_all(Input<msgs::String>& in, Time now, Hash& hash) {
+  while (auto received = in.take_received()) {
+    hash.add(std::to_string(now.ns) + " " + received->source + " " + std::to_string(received->sequence) +
+             " " + received->message.data());
+  }
+}
+
+// Member of a lockstep: three ports, answers depend on everything seen before; works for a random time.
+Status member(Node& node) {
+  const std::string name = node.options().name;
+  auto out = node.open_output<msgs::String>("/" + name + "/out:o", Profile::kEvent);
+  auto state = node.open_output<msgs::String>("/" + name + "/state:o", Profile::kState);
+  auto command = node.open_output<msgs::String>("/" + name + "/command:o", Profile::kCommand);
+  auto in = node.open_input<msgs::String>("/" + name + "/in:i", Profile::kEvent, 1000);
+  if (!out || !state || !command || !in) {
+    return Error{ErrorCode::kFailed, "cannot open the ports"};
+  }
+  const auto most_us = node.parameter<int>("jitter_us", 0);
+  std::minstd_rand chance(std::random_device{}());
+  Hash hash;
+  long ticks = 0;
+  node.set_ready();
+  auto status = node.run([&](Time now) -> Status {
+    take_all(**in, now, hash);
+    if (*most_us > 0) {
+      std::this_thread::sleep_for(std::chrono::microseconds(chance() % static_cast<unsigned>(*most_us)));
+    }
+    ++ticks;
+    (void)(*out)->write(words("first " + hash.text()));
+    (void)(*out)->write(words("second " + hash.text()));
+    if (ticks % 3 == 0) {
+      (void)(*state)->write(words("state " + hash.text()));
+    }
+    return (*command)->write(words("command " + hash.text()));
+  });
+  say("HASH " + hash.text() + " " + std::to_string(ticks));
+  return status;
+}
+
+// Owner of the clock: so many ticks of 10 ms.
+Status owner(Node& node) {
+  auto out = node.open_output<msgs::String>("/owner/out:o", Profile::kEvent);
+  auto image = node.open_output<msgs::Image>("/owner/image:o", Profile::kSensor);
+  auto in = node.open_input<msgs::String>("/owner/in:i", Profile::kEvent, 1000);
+  if (!out || !image || !in) {
+    return Error{ErrorCode::kFailed, "cannot open the ports"};
+  }
+  const auto ticks = node.parameter<int>("ticks", 100);
+  Hash hash;
+  node.set_ready();
+  std::chrono::steady_clock::time_point begin;
+  for (int tick = 1; tick <= *ticks; ++tick) {
+    const Time now{tick * 10'000'000LL};
+    (void)(*out)->write(words("tick " + hash.text()));
+    if (auto status = node.publish_clock(now); !status) {
+      return status;
+    }
+    if (tick == 1) {
+      begin = std::chrono::steady_clock::now();
+    }
+    take_all(**in, now, hash);
+  }
+  const double wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  say("HASH " + hash.text() + " " + std::to_string(*ticks));
+  say("US_PER_TICK " + std::to_string(wall_s / std::max(1, *ticks - 1) * 1e6));
+  return {};
+}
+
+// Publishes numbers on /source/count:o, one for each line that it reads, and says so.
+Status source(Node& node) {
+  auto out = node.open_output<msgs::String>("/source/count:o", Profile::kEvent);
+  if (!out) {
+    return out.error();
+  }
+  node.set_ready();
+  say("READY");
+  int count = 0;
+  for (std::string line; std::getline(std::cin, line);) {
+    if (line == "wait") {
+      say((*out)->wait_for_readers(1, 20.0) ? "CONNECTED" : "ALONE");
+      continue;
+    }
+    (void)(*out)->write(words(line + " " + std::to_string(++count)));
+    say("WROTE");
+  }
+  return {};
+}
+
+// Runs until it is told to stop.
+Status idle(Node& node) {
+  auto out = node.open_output<msgs::String>("/idle/out:o", Profile::kState);
+  if (!out) {
+    return out.error();
+  }
+  node.set_ready();
+  say("READY");
+  return node.run([](Time) { return Status(); });
+}
+
+// Does not look at signals.
+Status stubborn(Node& node) {
+  node.set_ready();
+  say("READY");
+  for (;;) {
+    std::this_thread::sleep_for(std::chrono::hours(1));
+  }
+}
+
+}  // namespace
+
+}  // namespace nido
+
+int main(int argc, char** argv) {
+  const std::string what = argc > 1 ? argv[1] : "";
+  const auto body = what == "member"     ? nido::member
+                    : what == "owner"    ? nido::owner
+                    : what == "source"   ? nido::source
+                    : what == "idle"     ? nido::idle
+                    : what == "stubborn" ? nido::stubborn
+                                         : nullptr;
+  if (body == nullptr) {
+    std::cerr << "peer: '" << what << "' is unknown\n";
+    return 2;
+  }
+  return nido::node_main(argc - 1, argv + 1, what, body);
+}
