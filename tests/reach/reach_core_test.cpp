@@ -44,7 +44,8 @@ struct Outcome {
 };
 
 // Runs one action to its end in the kinematic fake, with or without eyes on the hand.
-Outcome run(ReachCore& core, KinematicRobot& robot, const ReachGoal& goal, bool with_eyes, double most_s = 60.0) {
+Outcome run(ReachCore& core, KinematicRobot& robot, const ReachGoal& goal, bool with_eyes,
+            double most_s = 60.0) {
   Outcome result;
   std::optional<ReachGoal> next = goal;
   std::optional<Joints> last;
@@ -120,13 +121,13 @@ TEST(ReachCore, PregraspLiftCarryHomeInSequence) {
   ASSERT_EQ(run(core, robot, goal_at("pregrasp", cube), true).status.state, ActionState::kDone);
   const Eigen::Isometry3d X_grasp = right_arm().X_RootPalm(robot.q());
 
-  const Outcome lift = run(core, robot, goal_at("lift", cube), false);
+  const Outcome lift = run(core, robot, goal_at("lift", cube + Eigen::Vector3d(0, 0, 0.12)), false);
   ASSERT_EQ(lift.status.state, ActionState::kDone) << lift.status.reason;
   const Eigen::Isometry3d X_lift = right_arm().X_RootPalm(robot.q());
   EXPECT_NEAR(X_lift.translation().z() - X_grasp.translation().z(), 0.12, 0.01);
   EXPECT_LT((X_lift.translation() - X_grasp.translation()).head<2>().norm(), 0.02);
 
-  ReachGoal basket{3, "carry", "basket", {-0.27, 0.24, -0.05}, {0.18, 0.18, 0.06}, 0.0};
+  ReachGoal basket{3, "carry", "blue cube", {-0.27, 0.24, 0.08}, {0.05, 0.05, 0.05}, 0.0};
   const Outcome carry = run(core, robot, basket, false);
   ASSERT_EQ(carry.status.state, ActionState::kDone) << carry.status.reason;
   const Eigen::Isometry3d X_carry = right_arm().X_RootPalm(robot.q());
@@ -134,7 +135,7 @@ TEST(ReachCore, PregraspLiftCarryHomeInSequence) {
   const Eigen::Vector3d held =
       X_carry * (X_grasp.inverse() * (cube - (robot.seen_palm() - X_carry.translation())));
   EXPECT_LT((held - basket.p_Root_m).head<2>().norm(), 0.03);
-  EXPECT_GT(held.z() - 0.025, -0.02) << "above the rim";
+  EXPECT_GT(held.z(), 0.03);
   EXPECT_GT(X_carry.linear().col(2).dot(X_grasp.linear().col(2)), 0.97) << "the palm keeps its tilt";
 
   const Outcome back = run(core, robot, goal_at("home", {0, 0, 0}), false);

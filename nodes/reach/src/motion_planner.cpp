@@ -123,10 +123,12 @@ Result<ApproachPlan> MotionPlanner::approach(const PalmPosture& posture, const S
   std::optional<ApproachPlan> best;
   double best_cost = std::numeric_limits<double>::infinity();
   Error failure{ErrorCode::kFailed, "no posture is known for it"};
+  const double yaw = posture.yaw_period_rad > 0.0 ? std::remainder(yaw_rad, posture.yaw_period_rad) : 0.0;
   for (const double turn : posture.turns_rad) {
     Eigen::Isometry3d X_RootObject = Eigen::Isometry3d::Identity();
-    X_RootObject.linear() = Eigen::AngleAxisd(yaw_rad + turn, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+    X_RootObject.linear() = Eigen::AngleAxisd(yaw + turn, Eigen::Vector3d::UnitZ()).toRotationMatrix();
     X_RootObject.translation() = object.p_Root_m;
+    if (posture.above_top_m) X_RootObject.translation().z() += 0.5 * object.size_m.z() + *posture.above_top_m;
     ApproachPlan plan;
     plan.goal.X_RootPalm = X_RootObject * posture.X_ObjectPalm;
     const Eigen::Vector3d back_Root_m =

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace nido::reach {
@@ -144,7 +145,7 @@ Status ReachCore::plan(const ReachGoal& goal) {
     return {};
   }
   if (goal.action == "home") return plan_home();
-  if (goal.action == "lift") return plan_lift();
+  if (goal.action == "lift") return plan_lift(goal);
   if (goal.action == "carry") return plan_carry(goal);
   if (goal.action == "reach") return plan_approach(goal, options_.reach_posture);
   if (goal.action == "pregrasp") return plan_approach(goal, grasp_posture(goal.object));
@@ -164,23 +165,24 @@ Status ReachCore::plan_approach(const ReachGoal& goal, const PalmPosture& postur
   stages_.push_back(Straight{approach->goal, options_.approach_speed_m_s, 0.4});
   stages_.push_back(Look{options_.settle_s, approach->goal});
   p_PalmHeld_m_ = approach->goal.X_RootPalm.inverse() * goal.p_Root_m;
-  held_below_m_ = 0.5 * goal.size_m.z();
   return {};
 }
 
-Status ReachCore::plan_lift() {
-  PalmGoal goal;
-  goal.p_PalmTool_m = p_PalmHeld_m_;
-  goal.turn_weight = Eigen::Vector3d(1.0, 1.0, 0.15);
+Status ReachCore::plan_lift(const ReachGoal& goal) {
+  PalmGoal lifted;
+  lifted.p_PalmTool_m = p_PalmHeld_m_;
+  lifted.turn_weight = Eigen::Vector3d(1.0, 1.0, 0.15);
   const Eigen::Isometry3d X_start = planner_.X_RootPalmSeen(*command_);
+  const double asked_m = goal.p_Root_m.z() - (X_start * p_PalmHeld_m_).z();
+  const double height_m = asked_m > 0.02 && asked_m < 0.25 ? asked_m : options_.lift_height_m;
   Status failure;
   for (const double share : {1.0, 0.8, 0.6}) {
-    goal.X_RootPalm = X_start;
-    goal.X_RootPalm.translation().z() += share * options_.lift_height_m;
-    auto way = planner_.straight_way(*command_, goal, options_.approach_speed_m_s, 0.4);
+    lifted.X_RootPalm = X_start;
+    lifted.X_RootPalm.translation().z() += share * height_m;
+    auto way = planner_.straight_way(*command_, lifted, options_.lift_speed_m_s, 0.4);
     if (way) {
-      stages_.push_back(Move{*std::move(way), goal, true});
-      stages_.push_back(Look{options_.settle_s, goal});
+      stages_.push_back(Move{*std::move(way), lifted, true});
+      stages_.push_back(Look{options_.settle_s, lifted});
       return {};
     }
     failure = way.error();
@@ -189,54 +191,47 @@ Status ReachCore::plan_lift() {
 }
 
 Status ReachCore::plan_carry(const ReachGoal& goal) {
-  const Eigen::Isometry3d X_start = planner_.X_RootPalmSeen(*command_);
-  const Eigen::Vector3d held_Root_m = X_start * p_PalmHeld_m_;
-  const double rim_m = goal.p_Root_m.z() + 0.5 * goal.size_m.z();
-  const double release_m =
-      rim_m + options_.release_clearance_m + held_below_m_;  // height of the held thing's middle
-  const double transit_m = std::max(held_Root_m.z(), rim_m + options_.carry_clearance_m + held_below_m_);
-
-  Joints q = *command_;
-  const auto append = [&](const Eigen::Vector3d& to_Root_m, double speed_m_s) -> Status {
-    Error failure;
-    // the palm keeps its tilt; a turn about the vertical does not shake the thing off, and helps the arm
-    for (const double upright : {1.0, 0.4}) {
-      PalmGoal knot;
-      knot.p_PalmTool_m = p_PalmHeld_m_;
-      knot.turn_weight = Eigen::Vector3d(upright, upright, 0.02);
-      const Eigen::Isometry3d X_now = planner_.X_RootPalmSeen(q);
-      knot.X_RootPalm.linear() = X_now.linear();
-      knot.X_RootPalm.translation() = to_Root_m - X_now.linear() * p_PalmHeld_m_;
-      auto way = planner_.straight_way(q, knot, speed_m_s, 0.5);
-      if (way) {
+  const Eigen::Vector3d held_Root_m = planner_.X_RootPalmSeen(*command_) * p_PalmHeld_m_;
+  Error failure;
+  // the palm keeps its tilt; a turn about the vertical does not shake the thing off, and helps the arm
+  for (const double upright : {1.0, 0.4}) {
+    for (const double lower_m : {0.0, 0.02, 0.04}) {
+      const double height_m = goal.p_Root_m.z() - lower_m;
+      const double transit_m = std::max(height_m, std::min(held_Root_m.z(), height_m + 0.05));
+      const std::array<Eigen::Vector3d, 3> corners = {
+          Eigen::Vector3d(held_Root_m.x(), held_Root_m.y(), transit_m),
+          Eigen::Vector3d(goal.p_Root_m.x(), goal.p_Root_m.y(), transit_m),
+          Eigen::Vector3d(goal.p_Root_m.x(), goal.p_Root_m.y(), height_m)};
+      stages_.clear();
+      Joints q = *command_;
+      bool planned = true;
+      for (const Eigen::Vector3d& corner : corners) {
+        const Eigen::Isometry3d X_now = planner_.X_RootPalmSeen(q);
+        if ((X_now * p_PalmHeld_m_ - corner).norm() < 0.003) continue;
+        PalmGoal knot;
+        knot.p_PalmTool_m = p_PalmHeld_m_;
+        knot.turn_weight = Eigen::Vector3d(upright, upright, 0.02);
+        knot.X_RootPalm.linear() = X_now.linear();
+        knot.X_RootPalm.translation() = corner - X_now.linear() * p_PalmHeld_m_;
+        auto way = planner_.straight_way(q, knot, options_.carry_speed_m_s, 0.5);
+        if (!way) {
+          failure = way.error();
+          planned = false;
+          break;
+        }
         q = way->end();
         stages_.push_back(Move{*std::move(way), knot, true});
-        return {};
       }
-      failure = way.error();
-    }
-    return failure;
-  };
-  for (const double lower_m : {0.0, 0.02, 0.035}) {
-    stages_.clear();
-    q = *command_;
-    const double height_m = std::max(release_m, transit_m - lower_m);
-    Status way = append({held_Root_m.x(), held_Root_m.y(), height_m}, options_.carry_speed_m_s);
-    if (way) way = append({goal.p_Root_m.x(), goal.p_Root_m.y(), height_m}, options_.carry_speed_m_s);
-    if (way) {
-      if (release_m < height_m - 0.005) {
-        // lower it if the arm can; letting go a little higher is no failure
-        (void)append({goal.p_Root_m.x(), goal.p_Root_m.y(), release_m}, options_.approach_speed_m_s);
-      }
-      stages_.push_back(Look{options_.settle_s, PalmGoal(std::get<Move>(stages_.back()).goal)});
+      if (!planned) continue;
+      PalmGoal there;
+      there.X_RootPalm = planner_.X_RootPalmSeen(q);
+      there.p_PalmTool_m = p_PalmHeld_m_;
+      stages_.push_back(Look{options_.settle_s, there});
       return {};
     }
-    if (lower_m > 0.03) {
-      stages_.clear();
-      return Error{way.error().code, "cannot carry to '" + goal.object + "': " + way.error().message};
-    }
   }
-  return {};
+  stages_.clear();
+  return Error{failure.code, "cannot carry what is held there: " + failure.message};
 }
 
 Status ReachCore::plan_home() {

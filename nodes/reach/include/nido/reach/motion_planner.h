@@ -30,6 +30,10 @@ struct PalmPosture {
   std::vector<double> turns_rad = {
       0.0};                // turns about the vertical that serve as well; the first is liked most
   double turn_cost = 2.0;  // per rad away from the first
+  // The object looks the same after this turn, so its yaw counts modulo this; zero: the yaw does not count.
+  double yaw_period_rad = 0.0;
+  // Set: heights in X_ObjectPalm count from so far above the object's top, not from its centre.
+  std::optional<double> above_top_m;
 };
 
 struct PlannerOptions {

@@ -20,6 +20,8 @@ struct ReachGoal {
   std::uint32_t id = 0;
   std::string action;  // "reach", "pregrasp", "lift", "carry", "home", "stop"
   std::string object;  // "blue cube"; its last word is the shape
+  // reach, pregrasp: the object's centre. lift, carry: where the held object's centre shall go (lift uses the
+  // height alone).
   Eigen::Vector3d p_Root_m = Eigen::Vector3d::Zero();
   Eigen::Vector3d size_m = Eigen::Vector3d::Zero();
   double yaw_rad = 0.0;
@@ -61,10 +63,9 @@ struct ReachOptions {
   std::map<std::string, PalmPosture> grasp_postures;  // by shape; "" for shapes that are not named
   PalmPosture reach_posture;                          // over a thing, without touching it
   double approach_speed_m_s = 0.06;
-  double lift_height_m = 0.12;
+  double lift_speed_m_s = 0.08;
+  double lift_height_m = 0.12;  // when the goal's position says nothing about it
   double carry_speed_m_s = 0.12;
-  double carry_clearance_m = 0.05;  // of the held thing's underside over the rim of what it is carried to
-  double release_clearance_m = 0.015;
   double look_s = 0.6;        // how long to wait for sightings of the resting hand before the last approach
   double settle_s = 0.8;      // longest wait for the joints to arrive
   double arrived_rad = 0.01;  // joints nearer to their target count as arrived
@@ -111,7 +112,7 @@ class ReachCore {
   void begin(const ReachGoal& goal);
   Status plan(const ReachGoal& goal);
   Status plan_approach(const ReachGoal& goal, const PalmPosture& posture);
-  Status plan_lift();
+  Status plan_lift(const ReachGoal& goal);
   Status plan_carry(const ReachGoal& goal);
   Status plan_home();
   void run_stages(double now_s);
@@ -147,7 +148,6 @@ class ReachCore {
   Eigen::Vector3d visual_offset_m_ = Eigen::Vector3d::Zero();
   Eigen::Vector3d p_PalmHeld_m_ =
       Eigen::Vector3d(0.05, 0.0, 0.04);  // middle of the held thing in the palm frame
-  double held_below_m_ = 0.03;           // from its middle to its underside
 };
 
 }  // namespace nido::reach

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "nido/interfaces/result.h"
+#include "nido/reach/reach_core.h"
+
+namespace nido::reach {
+
+// Where the reaching process finds what it needs.
+struct SettingsPaths {
+  std::string urdf = "config/robots/icub.urdf";
+  std::string postures = "config/robots/grasp_postures.yaml";        // how to hold the palm to each shape
+  std::string posture_weights = "config/weights/reach_posture.txt";  // the paper's network
+  std::string hand_weights = "config/weights/reach_hand.txt";        // where the eyes see the hand
+};
+
+// The chain and the mark of one hand, from the robot model: the mark "knuckle" is the one whose pose vision
+// reports.
+struct Body {
+  ArmChain chain;
+  Eigen::Vector3d p_PalmMark_m = Eigen::Vector3d::Zero();
+};
+Result<Body> load_body(const std::string& urdf_path, const std::string& side);
+
+// Planner with the default home, limits and speeds (docs/reach.md).
+PlannerOptions default_planner_options();
+
+// How to stand over a thing without touching it.
+PalmPosture default_reach_posture();
+
+// grasp_postures.yaml. kNotFound, or kInvalidArgument with file, line, what was found and what was expected.
+Result<std::map<std::string, PalmPosture>> load_grasp_postures(const std::string& path);
+
+// Everything put together. Fails when a file is missing or wrong, naming it and the command that makes it.
+Result<ReachCore> make_reach_core(const SettingsPaths& paths, const std::string& side,
+                                  const PlannerOptions& planner);
+
+}  // namespace nido::reach

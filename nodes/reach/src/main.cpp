@@ -1,0 +1,301 @@
+// The reaching process: docs/reach.md.
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "nido/middleware/node.h"
+#include "nido/middleware/typed_port.h"
+#include "nido/msgs/types.h"
+#include "nido/reach/babbling.h"
+#include "nido/reach/settings.h"
+
+namespace {
+
+using namespace nido;         // NOLINT(google-build-using-namespace): a program's own file
+using namespace nido::reach;  // NOLINT(google-build-using-namespace)
+
+constexpr double kStatusPeriod_s = 0.2;
+constexpr double kRadPerDeg = static_cast<double>(EIGEN_PI) / 180.0;
+
+msgs::Header header_at(Time now) {
+  msgs::Header header;
+  header.stamp().sec(static_cast<std::int32_t>(now.ns / 1'000'000'000));
+  header.stamp().nanosec(static_cast<std::uint32_t>(now.ns % 1'000'000'000));
+  return header;
+}
+
+double seconds_of(const msgs::Header& header) {
+  return header.stamp().sec() + 1e-9 * header.stamp().nanosec();
+}
+
+Eigen::Vector3d to_eigen(const msgs::Point& p) { return {p.x(), p.y(), p.z()}; }
+Eigen::Vector3d to_eigen(const msgs::Vector3& v) { return {v.x(), v.y(), v.z()}; }
+
+msgs::JointCommand command_of(Time now, int first, int count, const Joints& q) {
+  msgs::JointCommand command;
+  command.header(header_at(now));
+  command.mode("direct");
+  for (int i = 0; i < count; ++i) {
+    command.joint().push_back(i);
+    command.value().push_back(q(first + i));
+  }
+  return command;
+}
+
+const char* name_of(ActionState state) {
+  switch (state) {
+    case ActionState::kIdle:
+      return "idle";
+    case ActionState::kRunning:
+      return "running";
+    case ActionState::kDone:
+      return "done";
+    case ActionState::kFailed:
+      break;
+  }
+  return "failed";
+}
+
+// The process's ports.
+struct Ports {
+  std::unique_ptr<Input<msgs::ActionGoal>> goal;
+  std::unique_ptr<Input<msgs::HandView>> hand;
+  std::unique_ptr<Input<msgs::Percepts>> objects;
+  std::unique_ptr<Input<msgs::JointState>> arm;
+  std::unique_ptr<Input<msgs::JointState>> torso;
+  std::unique_ptr<Output<msgs::JointCommand>> command;
+  std::unique_ptr<Output<msgs::JointCommand>> torso_command;
+  std::unique_ptr<Output<msgs::ActionStatus>> status;
+  std::unique_ptr<Output<msgs::GazeGoal>> gaze;  // babbling: the eyes follow the hand
+};
+
+template <class T, class Port>
+Status open_in(Node& node, const char* name, Profile profile, Port& port) {
+  auto opened = node.open_input<T>(name, profile);
+  if (!opened) return opened.error();
+  port = *std::move(opened);
+  return {};
+}
+template <class T, class Port>
+Status open_out(Node& node, const char* name, Profile profile, Port& port) {
+  auto opened = node.open_output<T>(name, profile);
+  if (!opened) return opened.error();
+  port = *std::move(opened);
+  return {};
+}
+
+Result<Ports> open_ports(Node& node, bool babbles) {
+  Ports ports;
+  Status opened = open_in<msgs::HandView>(node, "/reach/hand:i", Profile::kState, ports.hand);
+  if (opened) opened = open_in<msgs::JointState>(node, "/reach/arm:i", Profile::kState, ports.arm);
+  if (opened) opened = open_in<msgs::JointState>(node, "/reach/torso:i", Profile::kState, ports.torso);
+  if (opened)
+    opened = open_out<msgs::JointCommand>(node, "/reach/command:o", Profile::kCommand, ports.command);
+  if (opened)
+    opened = open_out<msgs::JointCommand>(node, "/reach/torso:o", Profile::kCommand, ports.torso_command);
+  if (opened) opened = open_out<msgs::ActionStatus>(node, "/reach/status:o", Profile::kEvent, ports.status);
+  if (opened && babbles)
+    opened = open_out<msgs::GazeGoal>(node, "/reach/gaze:o", Profile::kEvent, ports.gaze);
+  if (opened && !babbles)
+    opened = open_in<msgs::ActionGoal>(node, "/reach/goal:i", Profile::kEvent, ports.goal);
+  if (opened && !babbles)
+    opened = open_in<msgs::Percepts>(node, "/reach/objects:i", Profile::kState, ports.objects);
+  if (!opened) return opened.error();
+  return ports;
+}
+
+// Puts together the encoders of both boards.
+class Encoders {
+ public:
+  std::optional<Joints> take(Ports& ports) {
+    bool is_new = false;
+    if (auto state = ports.arm->take_latest(); state && state->position().size() >= kArmJoints) {
+      for (int i = 0; i < kArmJoints; ++i)
+        q_(kTorsoJoints + i) = state->position()[static_cast<std::size_t>(i)];
+      arm_known_ = is_new = true;
+    }
+    if (auto state = ports.torso->take_latest(); state && state->position().size() >= kTorsoJoints) {
+      for (int i = 0; i < kTorsoJoints; ++i) q_(i) = state->position()[static_cast<std::size_t>(i)];
+      torso_known_ = is_new = true;
+    }
+    return is_new && arm_known_ && torso_known_ ? std::optional(q_) : std::nullopt;
+  }
+
+ private:
+  Joints q_ = Joints::Zero();
+  bool arm_known_ = false;
+  bool torso_known_ = false;
+};
+
+std::optional<HandSighting> take_hand(Ports& ports, const std::string& side) {
+  auto view = ports.hand->take_latest();
+  if (!view || !view->visible() || view->side() != side) return std::nullopt;
+  return HandSighting{seconds_of(view->header()), to_eigen(view->pose().position()), view->confidence()};
+}
+
+Status send(Ports& ports, Time now, const Joints& q) {
+  if (auto sent = ports.command->write(command_of(now, kTorsoJoints, kArmJoints, q)); !sent) return sent;
+  return ports.torso_command->write(command_of(now, 0, kTorsoJoints, q));
+}
+
+Status act(Node& node, const SettingsPaths& paths, const std::string& side, const PlannerOptions& planner,
+           bool home_at_start) {
+  auto core = make_reach_core(paths, side, planner);
+  if (!core) return core.error();
+  auto ports = open_ports(node, false);
+  if (!ports) return ports.error();
+  node.set_ready();
+
+  Encoders encoders;
+  ReachStatus last;
+  Time last_sent;
+  bool go_home = home_at_start;
+  return node.run([&](Time now) -> Status {
+    ReachInput input;
+    input.measured_rad = encoders.take(*ports);
+    input.hand = take_hand(*ports, side);
+    if (auto percepts = ports->objects->take_latest()) {
+      input.objects.emplace();
+      for (const auto& object : percepts->objects()) {
+        input.objects->push_back({object.name(), to_eigen(object.position()), to_eigen(object.size())});
+      }
+    }
+    if (auto goal = ports->goal->take()) {
+      input.goal = ReachGoal{
+          goal->id(), goal->action(), goal->object(), to_eigen(goal->position()), to_eigen(goal->size()),
+          goal->yaw()};
+      node.log_info(goal->action() + " " + goal->object());
+      go_home = false;
+    } else if (go_home && input.measured_rad) {
+      input.goal = ReachGoal{0, "home", "", {}, {}, 0.0};
+      go_home = false;
+    }
+    const ReachOutput out = core->step(now.seconds(), input);
+    if (out.command_rad) {
+      if (auto sent = send(*ports, now, *out.command_rad); !sent) return sent;
+    }
+    if (out.note) node.log_info(*out.note);
+    const bool changed = out.status.id != last.id || out.status.state != last.state;
+    if (changed && out.status.state == ActionState::kFailed) {
+      node.log_warning(out.status.action + ": " + out.status.reason);
+    }
+    // repeated now and then, so that a listener that came late knows too
+    const bool is_due = now.seconds() - last_sent.seconds() >= kStatusPeriod_s;
+    if (out.status.id != 0 && (changed || is_due)) {
+      last_sent = now;
+      msgs::ActionStatus message;
+      message.header(header_at(now));
+      message.id(out.status.id);
+      message.action(out.status.action);
+      message.state(name_of(out.status.state));
+      message.reason(out.status.reason);
+      message.error_m(out.status.error_m);
+      if (auto sent = ports->status->write(message); !sent) return sent;
+    }
+    last = out.status;
+    return {};
+  });
+}
+
+Status babble(Node& node, const SettingsPaths& paths, const std::string& side) {
+  BabblingOptions options;
+  options.seed = node.options().seed;
+  auto samples = node.parameter<int>("samples", options.samples);
+  if (!samples) return samples.error();
+  auto whole_body = node.parameter<bool>("whole_body", options.whole_body);
+  if (!whole_body) return whole_body.error();
+  auto out = node.parameter<std::string>("samples_file", "reach_samples.txt");
+  if (!out) return out.error();
+  if (*samples < 1) {
+    return Error{ErrorCode::kInvalidArgument,
+                 "parameter samples is " + std::to_string(*samples) + "; expected 1 or more"};
+  }
+  options.samples = *samples;
+  options.whole_body = *whole_body;
+  auto body = load_body(paths.urdf, side);
+  if (!body) return body.error();
+  auto ports = open_ports(node, true);
+  if (!ports) return ports.error();
+  node.set_ready();
+
+  Babbling babbling(body->chain, options);
+  Encoders encoders;
+  bool written = false;
+  std::size_t reported = 0;
+  double last_status_s = -1.0;
+  return node.run([&](Time now) -> Status {
+    const auto measured = encoders.take(*ports);
+    const auto hand = take_hand(*ports, side);
+    const auto command = babbling.step(now.seconds(), measured, hand);
+    if (command) {
+      if (auto sent = send(*ports, now, *command); !sent) return sent;
+    }
+    if (babbling.samples().size() >= reported + 100) {
+      reported = babbling.samples().size();
+      node.log_info("babbling: " + std::to_string(reported) + " of " + std::to_string(options.samples) +
+                    " samples");
+    }
+    if (babbling.complete() && !written) {
+      written = true;
+      const std::string command_line =
+          "nido experiment run reach-learning --seed " + std::to_string(options.seed);
+      if (auto saved = save_samples(*out, babbling.samples(), command_line); !saved) return saved;
+      node.log_info("babbling: " + std::to_string(babbling.samples().size()) + " samples in " + *out);
+    }
+    if (now.seconds() - last_status_s >= 0.5) {
+      last_status_s = now.seconds();
+      msgs::GazeGoal gaze;
+      gaze.header(header_at(now));
+      gaze.mode("hand");
+      gaze.target(side);
+      if (auto sent = ports->gaze->write(gaze); !sent) return sent;
+      msgs::ActionStatus message;
+      message.header(header_at(now));
+      message.action("babble");
+      message.state(written ? "done" : "running");
+      message.reason(std::to_string(babbling.samples().size()) + " of " + std::to_string(options.samples) +
+                     " samples");
+      if (auto sent = ports->status->write(message); !sent) return sent;
+    }
+    return {};
+  });
+}
+
+Status run(Node& node) {
+  SettingsPaths paths;
+  for (const auto& [key, value] : std::initializer_list<std::pair<const char*, std::string*>>{
+           {"urdf", &paths.urdf},
+           {"postures", &paths.postures},
+           {"posture_weights", &paths.posture_weights},
+           {"hand_weights", &paths.hand_weights}}) {
+    auto given = node.parameter<std::string>(key, *value);
+    if (!given) return given.error();
+    *value = *given;
+  }
+  auto side = node.parameter<std::string>("side", "right");
+  if (!side) return side.error();
+  auto mode = node.parameter<std::string>("mode", "act");
+  if (!mode) return mode.error();
+  if (*mode == "babble") return babble(node, paths, *side);
+  if (*mode != "act") {
+    return Error{ErrorCode::kInvalidArgument, "parameter mode is '" + *mode + "'; allowed: act, babble"};
+  }
+  PlannerOptions planner = default_planner_options();
+  auto home = node.parameter<std::vector<double>>("home_deg", {});
+  if (!home) return home.error();
+  if (!home->empty()) {
+    if (home->size() != kJoints) {
+      return Error{ErrorCode::kInvalidArgument,
+                   "parameter home_deg has " + std::to_string(home->size()) +
+                       " angles; expected 10: torso yaw, roll, pitch and the arm's first 7"};
+    }
+    for (int i = 0; i < kJoints; ++i) planner.home(i) = (*home)[static_cast<std::size_t>(i)] * kRadPerDeg;
+  }
+  auto home_at_start = node.parameter<bool>("home_at_start", true);
+  if (!home_at_start) return home_at_start.error();
+  return act(node, paths, *side, planner, *home_at_start);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) { return nido::node_main(argc, argv, "reach", run); }
