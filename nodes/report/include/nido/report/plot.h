@@ -11,7 +11,7 @@ namespace nido {
 // One line or cloud of points in a plot. A point that is not finite leaves a gap.
 struct Series {
   std::string name;
-  std::vector<std::array<double, 2>> points;
+  std::vector<std::array<double, 2>> points = {};
   bool line = true;     // joined points, else dots
   bool dashed = false;  // of a line
 };
