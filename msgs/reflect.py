@@ -36,7 +36,8 @@ def structs_of(path):
                     field = field[: field.index("[", len(field) - 3)]
                 if not re.match(r"[A-Za-z_]", field[-1]) or "," in field:
                     sys.exit(f"{path}: struct {name}: field not understood: {' '.join(field)}")
-                fields.append(field[-1])
+                # a leading underscore escapes a keyword of IDL and is no part of the name
+                fields.append(field[-1].removeprefix("_"))
                 at = end + 1
             yield "::".join(modules + [name]), fields
             at += 2

@@ -343,7 +343,7 @@ int port_ping(const Common& common, const std::string& port, int count) {
   if (!owner) return fail(owner.error());
   // every node answers on its control service, so the way to the owner of any port can be measured
   const std::string control =
-      owner->port.direction == "service" ? port : fmt::format("/{}/control:i", owner->node.name);
+      owner->port.direction == "service" ? port : fmt::format("/{}/control", owner->node.name);
   Json times = Json::array();
   for (int i = 0; i < count && !interrupted(); ++i) {
     const auto start = SteadyClock::now();
