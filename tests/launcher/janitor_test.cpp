@@ -1,7 +1,6 @@
 // A launcher that is killed leaves no process.
 #include <fcntl.h>
 #include <gtest/gtest.h>
-#include <sys/mman.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -13,7 +12,6 @@
 #include <thread>
 
 #include "nido/launcher/child.h"
-#include "nido/launcher/shared_memory.h"
 #include "temp_folder.h"
 
 namespace nido {
@@ -97,46 +95,6 @@ TEST_F(KilledLauncher, LeavesNoStubbornChildNorGrandchild) {
   EXPECT_TRUE(becomes_true([this] { return start_time_of(pids_.front()) == 0; }));
   EXPECT_LT(steady_clock::now() - start, seconds(5));
 }
-
-class SharedMemory : public testing::Test {
- protected:
-  // A file as Fast DDS makes them.
-  std::string make(const std::string& name) const {
-    const std::string path = folder_.write(name, std::string(4096, 'x'));
-    return path;
-  }
-  test::TempFolder folder_;
-};
-
-TEST_F(SharedMemory, SweepsOnlyDeadFilesOfFastDds) {
-  const std::string dead = make("fastrtps_0123456789abcdef");
-  const std::string dead_too = make("fast_datasharing_01.0f");
-  const std::string mapped = make("fastrtps_port7410");
-  const std::string open_file = make("fastrtps_port7410_el");
-  const std::string other = make("somebody_elses");
-  const int map_fd = open(mapped.c_str(), O_RDWR);
-  void* memory = mmap(nullptr, 4096, PROT_READ, MAP_SHARED, map_fd, 0);
-  close(map_fd);
-  const int fd = open(open_file.c_str(), O_RDONLY);
-  EXPECT_EQ(sweep_stale_shared_memory(folder_.path().string(), milliseconds(0)), 2U);
-  EXPECT_FALSE(fs::exists(dead));
-  EXPECT_FALSE(fs::exists(dead_too));
-  EXPECT_TRUE(fs::exists(mapped));
-  EXPECT_TRUE(fs::exists(open_file));
-  EXPECT_TRUE(fs::exists(other));
-  munmap(memory, 4096);
-  close(fd);
-  EXPECT_EQ(sweep_stale_shared_memory(folder_.path().string(), milliseconds(0)), 2U);
-  EXPECT_TRUE(fs::exists(other));
-}
-
-TEST_F(SharedMemory, LeavesFilesThatWereJustMade) {
-  const std::string young = make("fastrtps_0123456789abcdef");
-  EXPECT_EQ(sweep_stale_shared_memory(folder_.path().string(), std::chrono::hours(1)), 0U);
-  EXPECT_TRUE(fs::exists(young));
-}
-
-TEST_F(SharedMemory, AFolderThatIsNotThereHasNone) { EXPECT_EQ(sweep_stale_shared_memory("/nowhere"), 0U); }
 
 }  // namespace
 }  // namespace nido

@@ -16,7 +16,7 @@
 #include <thread>
 
 #include "nido/launcher/child.h"
-#include "nido/launcher/shared_memory.h"
+#include "nido/middleware/shm_hygiene.h"
 
 namespace {
 
@@ -71,8 +71,8 @@ int main() {
     wait_until_gone(living, std::chrono::seconds(2));
   }
   // the files of the dead; those that were made in the last second before the end are left by the first sweep
-  nido::sweep_stale_shared_memory();
+  nido::sweep_shared_memory();
   std::this_thread::sleep_for(std::chrono::milliseconds(1100));
-  nido::sweep_stale_shared_memory();
+  nido::sweep_shared_memory();
   return 0;
 }

@@ -1,0 +1,195 @@
+// The command line as a person uses it: against a running node, and against nothing.
+#include <gtest/gtest.h>
+
+#include <csignal>
+#include <nlohmann/json.hpp>
+
+#include "temp_folder.h"
+#include "tool.h"
+
+namespace nido::test {
+namespace {
+using std::chrono::seconds;
+
+bool contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+TEST(Usage, HelpOfEveryVerbHasAnExample) {
+  const std::vector<std::vector<std::string>> verbs = {{},
+                                                       {"launch"},
+                                                       {"port"},
+                                                       {"port", "list"},
+                                                       {"port", "info"},
+                                                       {"port", "read"},
+                                                       {"port", "write"},
+                                                       {"port", "rpc"},
+                                                       {"port", "connect"},
+                                                       {"port", "disconnect"},
+                                                       {"port", "hz"},
+                                                       {"port", "bw"},
+                                                       {"port", "delay"},
+                                                       {"port", "ping"},
+                                                       {"node"},
+                                                       {"node", "list"},
+                                                       {"node", "info"},
+                                                       {"world"},
+                                                       {"doctor"},
+                                                       {"experiment"},
+                                                       {"experiment", "list"},
+                                                       {"experiment", "run"}};
+  for (auto words : verbs) {
+    words.emplace_back("--help");
+    const auto ended = nido_tool(words);
+    EXPECT_EQ(ended.code, 0) << ended.err;
+    EXPECT_TRUE(contains(ended.out, "example")) << ended.out;
+  }
+}
+
+TEST(Usage, WrongUsageIsExitCode2) {
+  for (const std::vector<std::string>& words :
+       std::vector<std::vector<std::string>>{{},
+                                             {"lunch"},
+                                             {"port"},
+                                             {"port", "raed", "/a:o"},
+                                             {"port", "read"},
+                                             {"port", "read", "/a:o", "--count", "-1"},
+                                             {"port", "read", "/a:o", "--domain", "500"},
+                                             {"port", "read", "no-slash"},
+                                             {"port", "read", "/a/b:i"},
+                                             {"launch"},
+                                             {"launch", "speech_and_action", "--nonsense"},
+                                             {"launch", "speech_and_action", "--seed", "x"},
+                                             {"launch", "speech_and_action", "--say", "a", "--mic"},
+                                             {"launch", "speech_and_action", "--record", "x.mcap"},
+                                             {"experiment", "run", "speech", "--trials", "0"}}) {
+    const auto ended = nido_tool(words);
+    std::string line;
+    for (const auto& word : words) line += word + " ";
+    EXPECT_EQ(ended.code, 2) << line << ": " << ended.out << ended.err;
+    EXPECT_TRUE(contains(ended.err, "error: ")) << line << ": " << ended.err;
+  }
+}
+
+TEST(Usage, WhatIsNotThereIsExitCode3) {
+  for (const std::vector<std::string>& words :
+       std::vector<std::vector<std::string>>{{"port", "read", "/a:o", "--wait", "0.2"},
+                                             {"port", "info", "/a:o", "--wait", "0.2"},
+                                             {"port", "rpc", "/a/rpc:i", "help", "--wait", "0.2"},
+                                             {"port", "connect", "/a:o", "/b:i", "--wait", "0.2"},
+                                             {"node", "info", "vision", "--wait", "0.2"},
+                                             {"world", "num", "--wait", "0.2"},
+                                             {"launch", "no_such_app"},
+                                             {"launch", "/nowhere/app.yaml"},
+                                             {"launch", "speech_and_action", "--world", "no_such_world"},
+                                             {"launch", "speech_and_action", "--audio", "/nowhere.wav"},
+                                             {"experiment", "run", "alchemy"}}) {
+    const auto ended = nido_tool(words);
+    std::string line;
+    for (const auto& word : words) line += word + " ";
+    EXPECT_EQ(ended.code, 3) << line << ": " << ended.out << ended.err;
+    EXPECT_TRUE(contains(ended.err, "error: ")) << line << ": " << ended.err;
+  }
+}
+
+TEST(Usage, AnEmptyDomainHasNoPorts) {
+  const auto ended = nido_tool({"port", "list", "--json"});
+  EXPECT_EQ(ended.code, 0) << ended.err;
+  EXPECT_EQ(nlohmann::json::parse(ended.out), nlohmann::json::array());
+}
+
+// A node that writes /judge/stage:o and takes /body/command:i, with the wall clock.
+class WithNodes : public testing::Test {
+ protected:
+  void SetUp() override {
+    const std::string domain = std::to_string(test_domain());
+    body_ = std::make_unique<Program>(
+        TEST_NODE,
+        std::vector<std::string>{"--name", "body", "--domain", domain, "--set", "behaviour=clock"});
+    const auto ready = nido_tool({"node", "info", "body", "--wait", "20"});
+    ASSERT_EQ(ready.code, 0) << ready.err << body_->out() << body_->err();
+    ASSERT_TRUE(becomes_true([] { return contains(nido_tool({"port", "list"}).out, "/body/command:i"); }));
+  }
+  void TearDown() override {
+    body_->signal(SIGTERM);
+    EXPECT_NE(body_->wait(seconds(10)).code, 128 + SIGKILL);
+  }
+  std::unique_ptr<Program> body_;
+};
+
+TEST_F(WithNodes, ListsAndDescribes) {
+  const auto list = nlohmann::json::parse(nido_tool({"node", "list", "--json"}).out);
+  ASSERT_EQ(list.size(), 1U);
+  EXPECT_EQ(list[0]["name"], "body");
+  EXPECT_EQ(list[0]["pid"], body_->pid());
+  const auto info = nlohmann::json::parse(nido_tool({"port", "info", "/body/command:i", "--json"}).out);
+  EXPECT_EQ(info["type"], "nido_msgs/msg/JointCommand");
+  EXPECT_EQ(info["direction"], "input");
+  EXPECT_EQ(info["node"], "body");
+  const auto node = nido_tool({"node", "info", "body"});
+  EXPECT_TRUE(contains(node.out, "/body/command:i")) << node.out;
+  EXPECT_TRUE(contains(node.out, "behaviour = clock")) << node.out;
+}
+
+TEST_F(WithNodes, AMisspeltNameIsMended) {
+  const auto ended = nido_tool({"port", "info", "/body/comand:i", "--wait", "1"});
+  EXPECT_EQ(ended.code, 3);
+  EXPECT_TRUE(contains(ended.err, "did you mean /body/command:i?")) << ended.err;
+}
+
+TEST_F(WithNodes, WritesToAnInput) {
+  const auto ended =
+      nido_tool({"port", "write", "/body/command:i", "mode=position", "joint=[0]", "value=[0.5]", "--json"});
+  EXPECT_EQ(ended.code, 0) << ended.err;
+  EXPECT_EQ(nlohmann::json::parse(ended.out)["value"][0], 0.5);
+  const auto wrong = nido_tool({"port", "write", "/body/command:i", "mod=position"});
+  EXPECT_EQ(wrong.code, 2);
+  EXPECT_TRUE(contains(wrong.err, "did you mean 'mode'?")) << wrong.err;
+}
+
+TEST_F(WithNodes, ReadsAndMeasuresAnOutput) {
+  const auto read = nido_tool({"port", "read", "/clock", "--count", "3", "--json"});
+  EXPECT_EQ(read.code, 0) << read.err;
+  EXPECT_TRUE(contains(read.out, "\"nanosec\"")) << read.out;
+  for (const char* verb : {"hz", "bw", "delay"}) {
+    const auto measured = nido_tool({"port", verb, "/clock", "--for", "0.5", "--json"});
+    EXPECT_EQ(measured.code, 0) << measured.err;
+    EXPECT_GT(nlohmann::json::parse(measured.out)["messages"], 5) << measured.out;
+  }
+}
+
+TEST_F(WithNodes, PingsAndConnects) {
+  const auto ping = nido_tool({"port", "ping", "/body/command:i", "--count", "2", "--json"});
+  EXPECT_EQ(ping.code, 0) << ping.err;
+  EXPECT_EQ(nlohmann::json::parse(ping.out)["round_trip_s"].size(), 2U);
+  EXPECT_EQ(nido_tool({"port", "connect", "/later:o", "/body/command:i"}).code, 0);
+  EXPECT_TRUE(becomes_true([] {
+    return contains(nido_tool({"port", "info", "/body/command:i"}).out, "from /later:o: not there now");
+  }));
+  EXPECT_EQ(nido_tool({"port", "disconnect", "/later:o", "/body/command:i"}).code, 0);
+  EXPECT_TRUE(becomes_true([] {
+    return !contains(nido_tool({"port", "info", "/body/command:i"}).out, "/later:o");
+  }));
+}
+
+TEST_F(WithNodes, CtrlCEndsAReaderWith130) {
+  Program reader(NIDO, {"port", "read", "/clock", "--domain", std::to_string(test_domain())});
+  ASSERT_TRUE(reader.wait_for("clock"));
+  reader.signal(SIGINT);
+  EXPECT_EQ(reader.wait(seconds(10)).code, 130);
+}
+
+TEST_F(WithNodes, TheDoctorLooksAtTheMachine) {
+  const auto ended = nido_tool({"doctor", "--json"});
+  const auto list = nlohmann::json::parse(ended.out);
+  EXPECT_GE(list.size(), 8U);
+  for (const auto& one : list) {
+    EXPECT_TRUE(one["health"] == "good" || one["health"] == "doubtful" || one["health"] == "bad") << one;
+    if (one["what"] == "ports") {
+      EXPECT_NE(one["health"], "bad") << one;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace nido::test
