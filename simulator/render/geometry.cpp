@@ -14,10 +14,10 @@ constexpr double kPi = std::numbers::pi;
 // Corners of the polygon that stands for a circle: its deviation stays below a third of a pixel for what the
 // eyes see at arm's length.
 int segmentsFor(double radius_m) {
-  if (radius_m < 0.008) return 10;
-  if (radius_m < 0.016) return 14;
-  if (radius_m < 0.025) return 20;
-  return 32;
+  if (radius_m < 0.010) return 8;
+  if (radius_m < 0.020) return 12;
+  if (radius_m < 0.028) return 16;
+  return radius_m < 0.06 ? 24 : 32;
 }
 
 // Radius of a regular polygon's corners when its area is that of a circle of radius 1.

@@ -270,8 +270,8 @@ void Renderer::Impl::setLightOf(const Program& program, const Camera& camera,
   };
   program.set("u_clip_from_world", clip_from_world);
   program.set("u_shadow_from_world", Eigen::Matrix4d(to_texture * lamp_clip_from_world_));
-  program.set("u_shadow_texel", 1.0F / static_cast<float>(options_.shadow_map_size));
   program.set("u_shadow_map", 0);
+  program.set("u_two_sided", 0);
   program.set("u_eye", Eigen::Vector3f(camera.X_WorldCamera.translation().cast<float>()));
   program.set("u_key_direction", Eigen::Vector3f(lighting_.key_direction_World.normalized().cast<float>()));
   program.set("u_key", scaled(lighting_.key, kKeyColour));
@@ -325,6 +325,7 @@ Status Renderer::Impl::render(const Camera& camera, Image& picture) {
   glEnable(GL_CULL_FACE);
   list_.draw(Batch::kPlain);
   glDisable(GL_CULL_FACE);
+  plain_.set("u_two_sided", 1);
   list_.draw(Batch::kTwoSided);
   if (!list_.empty(Batch::kTextured) || !list_.empty(Batch::kTwoSidedTextured)) {
     glActiveTexture(GL_TEXTURE1);
@@ -336,8 +337,10 @@ Status Renderer::Impl::render(const Camera& camera, Image& picture) {
     std::vector<float> strongest;
     for (const TexturePattern& pattern : patterns) strongest.push_back(pattern.strongest);
     glUniform1fv(textured_.at("u_strongest"), static_cast<GLsizei>(strongest.size()), strongest.data());
+    textured_.set("u_two_sided", 1);
     list_.draw(Batch::kTwoSidedTextured);
     glEnable(GL_CULL_FACE);
+    textured_.set("u_two_sided", 0);
     list_.draw(Batch::kTextured);
   }
   picture.width = camera.width;

@@ -9,6 +9,8 @@ std::string header(bool textured) {
 
 }  // namespace
 
+// Light is summed up at the vertices, where it is cheap: shapes are fine enough for that, and on the flat ones it is
+// exact. Pixels add the shadow and the pattern.
 std::string litVertexShader(bool textured) {
   return header(textured) + R"(
 layout(location = 0) in vec3 a_p;
@@ -17,42 +19,6 @@ layout(location = 2) in vec4 a_colour;
 layout(location = 3) in vec3 a_texture;
 uniform mat4 u_clip_from_world;
 uniform mat4 u_shadow_from_world;
-out vec3 v_p;
-out vec3 v_normal;
-out vec3 v_shadow;
-flat out vec4 v_colour_shininess;
-#ifdef TEXTURED
-out vec2 v_uv;
-flat out float v_layer;
-#endif
-void main() {
-  gl_Position = u_clip_from_world * vec4(a_p, 1.0);
-  v_p = a_p;
-  v_normal = a_normal_shininess.xyz;
-  v_shadow = (u_shadow_from_world * vec4(a_p, 1.0)).xyz;
-  v_colour_shininess = vec4(a_colour.rgb, a_normal_shininess.w * 128.0);
-#ifdef TEXTURED
-  v_uv = a_texture.xy;
-  v_layer = a_texture.z;
-#endif
-}
-)";
-}
-
-std::string litFragmentShader(bool textured) {
-  return header(textured) + R"(
-in vec3 v_p;
-in vec3 v_normal;
-in vec3 v_shadow;
-flat in vec4 v_colour_shininess;
-#ifdef TEXTURED
-in vec2 v_uv;
-flat in float v_layer;
-uniform sampler2DArray u_patterns;
-uniform float u_strongest[8];
-#endif
-uniform sampler2DShadow u_shadow_map;
-uniform float u_shadow_texel;
 uniform vec3 u_eye;
 uniform vec3 u_key_direction;
 uniform vec3 u_key;
@@ -60,27 +26,53 @@ uniform vec3 u_fill_direction;
 uniform vec3 u_fill;
 uniform vec3 u_sky;
 uniform vec3 u_ground;
+uniform bool u_two_sided;
+out vec3 v_soft;    // what the surface sends back of the light that throws no shadows
+out vec3 v_key;     // and of the key lamp
+out vec3 v_shadow;  // place in the shadow map
+#ifdef TEXTURED
+out vec2 v_uv;
+flat out vec2 v_layer_strongest;
+uniform float u_strongest[8];
+#endif
+void main() {
+  gl_Position = u_clip_from_world * vec4(a_p, 1.0);
+  v_shadow = (u_shadow_from_world * vec4(a_p, 1.0)).xyz;
+  vec3 n = a_normal_shininess.xyz;
+  vec3 towards_eye = u_eye - a_p;
+  if (u_two_sided && dot(n, towards_eye) < 0.0) n = -n;
+  float towards_key = max(dot(n, u_key_direction), 0.0);
+  v_soft = a_colour.rgb * (mix(u_ground, u_sky, 0.5 + 0.5 * n.z) + u_fill * max(dot(n, u_fill_direction), 0.0));
+  float shininess = a_normal_shininess.w * 128.0;
+  vec3 half_way = normalize(u_key_direction + normalize(towards_eye));
+  float gloss = shininess > 0.5 ? 0.012 * sqrt(shininess) * pow(max(dot(n, half_way), 0.0), 4.0 * shininess) : 0.0;
+  v_key = u_key * (a_colour.rgb * towards_key + (towards_key > 0.0 ? gloss : 0.0));
+#ifdef TEXTURED
+  v_uv = a_texture.xy;
+  v_layer_strongest = vec2(a_texture.z, u_strongest[int(a_texture.z)]);
+#endif
+}
+)";
+}
+
+std::string litFragmentShader(bool textured) {
+  return header(textured) + R"(
+in vec3 v_soft;
+in vec3 v_key;
+in vec3 v_shadow;
+#ifdef TEXTURED
+in vec2 v_uv;
+flat in vec2 v_layer_strongest;
+uniform sampler2DArray u_patterns;
+#endif
+uniform sampler2DShadow u_shadow_map;
 out vec4 o_colour;
 void main() {
-  vec3 n = normalize(v_normal);
-  if (!gl_FrontFacing) n = -n;
-  vec3 albedo = v_colour_shininess.rgb;
+  vec3 colour = v_soft + v_key * texture(u_shadow_map, v_shadow);
 #ifdef TEXTURED
-  albedo *= texture(u_patterns, vec3(v_uv, v_layer)).r * u_strongest[int(v_layer)];
+  colour *= texture(u_patterns, vec3(v_uv, v_layer_strongest.x)).r * v_layer_strongest.y;
 #endif
-  float towards_key = max(dot(n, u_key_direction), 0.0);
-  // a softly lit edge: four places around the point, each of them interpolated
-  float lit = texture(u_shadow_map, v_shadow + vec3(-u_shadow_texel, -0.5 * u_shadow_texel, 0.0)) +
-              texture(u_shadow_map, v_shadow + vec3(0.5 * u_shadow_texel, -u_shadow_texel, 0.0)) +
-              texture(u_shadow_map, v_shadow + vec3(u_shadow_texel, 0.5 * u_shadow_texel, 0.0)) +
-              texture(u_shadow_map, v_shadow + vec3(-0.5 * u_shadow_texel, u_shadow_texel, 0.0));
-  lit *= 0.25;
-  vec3 light = mix(u_ground, u_sky, 0.5 + 0.5 * n.z) + u_key * (lit * towards_key) +
-               u_fill * max(dot(n, u_fill_direction), 0.0);
-  float shininess = v_colour_shininess.w;
-  vec3 half_way = normalize(u_key_direction + normalize(u_eye - v_p));
-  float gloss = shininess > 0.5 ? 0.012 * sqrt(shininess) * pow(max(dot(n, half_way), 0.0), 4.0 * shininess) : 0.0;
-  o_colour = vec4(albedo * light + u_key * (gloss * lit), 1.0);
+  o_colour = vec4(colour, 1.0);
 }
 )";
 }

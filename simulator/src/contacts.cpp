@@ -29,6 +29,13 @@ constexpr double kFurnitureDamping_Ns_m = 150;
 constexpr double kPadTwistArm_m = 0.004;
 constexpr double kStep_s = 0.001;
 
+// A grip: how fast a slip is undone, beyond which slip the contact slides, how far it may wander as a finger rolls, and how
+// near two contacts of a pair must be to be the same one.
+constexpr double kGripRate_1_s = 100;
+constexpr double kMostSlip_m = 0.0005;
+constexpr double kGripRadius_m = 0.002;
+constexpr double kSameGrip_m = 0.005;
+
 bool overlap(const dReal* a, const dReal* b) {
   return a[0] <= b[1] && b[0] <= a[1] && a[2] <= b[3] && b[2] <= a[3] && a[4] <= b[5] && b[4] <= a[5];
 }
@@ -143,6 +150,9 @@ bool Contacts::collide(dGeomID geom_a, dGeomID geom_b, const Side& a, const Side
       contact.surface.rho2 = contact.surface.rho;
       contact.surface.rhoN = contact.surface.rho;
     }
+    if (a.robot_geom >= 0 && robot_geoms_[a.robot_geom].hand >= 0 && a.body != nullptr && b.body != nullptr) {
+      stick(contact, a, b);
+    }
     dJointID joint = dJointCreateContact(world_, joints_, &contact);
     dJointAttach(joint, a.body, b.body);
     // the vector keeps its place, so the solver may write there
@@ -151,6 +161,47 @@ bool Contacts::collide(dGeomID geom_a, dGeomID geom_b, const Side& a, const Side
     any = true;
   }
   return any;
+}
+
+void Contacts::stick(dContact& contact, const Side& hand, const Side& object) {
+  const Eigen::Isometry3d X_WorldLink = body_pose(hand.body);
+  const Eigen::Isometry3d X_WorldObject = body_pose(object.body);
+  const Eigen::Vector3d normal = to_eigen(contact.geom.normal);
+  const Eigen::Vector3d p = to_eigen(contact.geom.pos);
+
+  // the grip of the step before that was here
+  const Grip* former = nullptr;
+  double nearest = kSameGrip_m;
+  for (const Grip& grip : former_grips_) {
+    if (grip.robot_geom != hand.robot_geom || grip.object != object.owner.index) continue;
+    const double distance = (X_WorldObject * grip.p_ObjectAnchor_m - p).norm();
+    if (distance < nearest) {
+      nearest = distance;
+      former = &grip;
+    }
+  }
+  Eigen::Vector3d slip = Eigen::Vector3d::Zero();
+  Grip grip;
+  grip.robot_geom = hand.robot_geom;
+  grip.object = object.owner.index;
+  if (former != nullptr) {
+    grip = *former;
+    slip = X_WorldLink * grip.p_LinkAnchor_m - X_WorldObject * grip.p_ObjectAnchor_m;
+    slip -= normal * normal.dot(slip);
+  }
+  const bool slides = slip.norm() > kMostSlip_m;
+  if (slides) slip *= kMostSlip_m / slip.norm();
+  if (former == nullptr || slides || nearest > kGripRadius_m) {
+    // takes hold here, keeping the slip that is still to be undone
+    grip.p_LinkAnchor_m = X_WorldLink.inverse() * (p + slip / 2);
+    grip.p_ObjectAnchor_m = X_WorldObject.inverse() * (p - slip / 2);
+  }
+  grips_.push_back(grip);
+  const double length = slip.norm();
+  if (length < 1e-9) return;
+  contact.surface.mode |= dContactFDir1 | dContactMotion1;
+  for (int i = 0; i < 3; ++i) contact.fdir1[i] = slip[i] / length;
+  contact.surface.motion1 = -kGripRate_1_s * length;
 }
 
 bool Contacts::collide_robot(const RobotGeom& part, const Side& robot, dGeomID geom, const Side& object) {
@@ -189,6 +240,8 @@ bool Contacts::collide_objects(const ObjectBody& a, std::size_t index_a, const O
 void Contacts::find(const Objects& objects, double step_s) {
   dJointGroupEmpty(joints_);
   touching_.clear();
+  former_grips_.swap(grips_);
+  grips_.clear();
   for (RobotGeom& part : robot_geoms_) dGeomGetAABB(part.geom, part.aabb.data());
 
   for (std::size_t j = 0; j < objects.size(); ++j) {
@@ -279,6 +332,7 @@ void Contacts::force_on_link(std::size_t link, const Eigen::Vector3d& p_World_m,
 
 void Contacts::restore(const State& state) {
   touch_ = state.touch;
+  grips_ = state.grips;
   dJointGroupEmpty(joints_);
   touching_.clear();
 }

@@ -44,10 +44,21 @@ class Contacts {
   void force_on_link(std::size_t link, const Eigen::Vector3d& p_World_m, Eigen::Vector3d& force_N,
                      Eigen::Vector3d& torque_Nm) const;
 
+  // Where a point of the hand stuck to a point of an object. The solver stops after a few iterations, so friction lets a
+  // held thing creep by about a millimetre a second; a stuck contact is therefore pulled back to where it stuck, with no
+  // more force than friction allows.
+  struct Grip {
+    int robot_geom = -1;
+    std::size_t object = 0;
+    Eigen::Vector3d p_LinkAnchor_m = Eigen::Vector3d::Zero();    // in the frame of the link's body
+    Eigen::Vector3d p_ObjectAnchor_m = Eigen::Vector3d::Zero();  // in the frame of the object's body
+  };
+
   struct State {
     std::array<HandTouch, 2> touch;
+    std::vector<Grip> grips;
   };
-  [[nodiscard]] State save() const { return {touch_}; }
+  [[nodiscard]] State save() const { return {touch_, grips_}; }
   void restore(const State& state);
 
  private:
@@ -91,6 +102,8 @@ class Contacts {
                double apart_m);
   bool collide_robot(const RobotGeom& part, const Side& robot, dGeomID geom, const Side& object);
   bool collide_objects(const ObjectBody& a, std::size_t index_a, const ObjectBody& b, std::size_t index_b);
+  // Finds or makes the grip of this contact and asks the solver to undo what it slipped.
+  void stick(dContact& contact, const Side& hand, const Side& object);
   [[nodiscard]] std::string name_of(const Owner& owner, int robot_geom, const Objects& objects) const;
 
   dWorldID world_;
@@ -100,6 +113,8 @@ class Contacts {
   std::vector<RobotGeom> robot_geoms_;
   std::vector<dTriMeshDataID> mesh_data_;
   std::vector<Touching> touching_;  // of this step; never grows beyond its first capacity
+  std::vector<Grip> grips_;         // of this step
+  std::vector<Grip> former_grips_;  // of the step before
   std::array<HandTouch, 2> sum_{};
   std::array<HandTouch, 2> touch_{};
   int steps_ = 0;
