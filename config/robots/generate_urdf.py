@@ -330,8 +330,8 @@ def scale_masses(robot):
 # part of a name -> (torque N m, reference speed deg/s)
 DRIVES = (
     ("torso", 36, 15), ("neck", 8, 30), ("eyes", 1, 60), ("shoulder_pitch", 40, 25), ("shoulder_roll", 40, 25), ("shoulder_yaw", 20, 25),
-    ("elbow", 20, 25), ("wrist_prosup", 5, 30), ("wrist", 3, 30), ("hand_finger", 0.4, 30), ("thumb_oppose", 0.7, 60),
-    ("thumb_proximal", 0.6, 60), ("thumb_distal", 0.4, 90), ("proximal", 0.6, 60), ("distal", 0.4, 90), ("pinky", 0.5, 120),
+    ("elbow", 20, 25), ("wrist_prosup", 5, 30), ("wrist", 3, 30), ("hand_finger", 0.3, 30), ("thumb_oppose", 0.4, 60),
+    ("thumb_proximal", 0.3, 60), ("thumb_distal", 0.2, 90), ("proximal", 0.3, 60), ("distal", 0.2, 90), ("pinky", 0.25, 120),
     ("hip", 60, 20), ("knee", 50, 20), ("ankle", 40, 20),
 )
 VELOCITY_DEG_S = 100.0
