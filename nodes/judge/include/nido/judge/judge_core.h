@@ -1,0 +1,98 @@
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "nido/interfaces/result.h"
+#include "nido/judge/ground_truth.h"
+#include "nido/report/report.h"
+#include "nido/speech/phrases.h"
+
+namespace nido {
+
+struct JudgeSettings {
+  std::string expected;           // phrase that is said; empty: whatever was heard counts
+  std::string basket = "basket";  // name of the basket in the world
+  double table_z_m = -0.0826;     // upper surface of the table, root frame
+  double limit_s = 300.0;         // simulated time until the job must be over
+  double settle_s = 1.0;          // after the end, until the object is looked at
+  double settle_limit_s = 4.0;    // it must have come to rest by then
+  double rest_m = 0.002;          // an object that moved less than this in 0.2 s is at rest
+  double lift_m = 0.05;           // grasp: clear height of the object's lowest point over the table
+  double hold_s = 3.0;            // grasp: so long without a break
+  double reach_m = 0.03;          // reach: distance of the palm from the object's surface
+};
+
+// A line of the story, as goal selection tells it.
+struct StageSeen {
+  double time_s = 0.0;
+  std::string stage;
+  std::string state;
+  std::string object;
+  std::string text;
+};
+// What speech made of an utterance.
+struct HeardSeen {
+  double time_s = 0.0;  // when the answer came
+  double end_s = 0.0;   // end of the utterance
+  std::string text;     // empty when rejected
+  std::string reason;
+};
+
+// Decides whether a run did what was asked of it: waits for the end that goal selection announces, then looks
+// at what is really so. Not thread-safe; no clock of its own.
+class JudgeCore {
+ public:
+  // kInvalidArgument if `settings` are out of range. An expected phrase that the book does not have is no
+  // error: then nothing but staying idle is possible, and that is no success.
+  static Result<JudgeCore> create(const PhraseBook& book, const JudgeSettings& settings);
+
+  // True if pictures of this moment belong to the story.
+  bool stage(const StageSeen& line);
+  void heard(const HeardSeen& heard);
+  // Call regularly. Asks the truth while something is held and at the end. True when the outcome is known;
+  // then it stays.
+  bool tick(double now_s, GroundTruth& truth);
+  // Ends the run from outside (the clock stopped, the robot is gone).
+  void give_up(double now_s, const std::string& sentence);
+
+  [[nodiscard]] const std::optional<Outcome>& outcome() const { return outcome_; }
+  // Metrics of the run: times of the stages, latency of speech, what was measured at the end.
+  [[nodiscard]] const std::vector<std::pair<std::string, Metric>>& metrics() const { return metrics_; }
+
+ private:
+  JudgeCore(const PhraseBook& book, const JudgeSettings& settings) : book_(book), settings_(settings) {}
+  void watch_hold(double now_s, GroundTruth& truth);
+  void conclude(bool success, const std::string& sentence);
+  void judge_drop(double now_s, GroundTruth& truth);
+  void judge_grasp(double now_s, GroundTruth& truth);
+  void judge_reach(GroundTruth& truth);
+  [[nodiscard]] const std::string& object_name() const;
+
+  PhraseBook book_;
+  JudgeSettings settings_;
+  std::optional<std::size_t> phrase_;  // heard and known
+  std::string heard_text_;
+  std::string heard_reason_;
+  std::string goal_;
+  std::string last_done_;    // stage
+  std::string last_failed_;  // stage
+  std::string end_text_;
+  std::optional<double> first_s_;
+  std::optional<double> end_s_;
+  bool end_good_ = false;
+  int failed_tries_ = 0;
+  std::map<std::string, double> done_s_;
+
+  double next_look_s_ = 0.0;
+  std::optional<double> held_since_s_;
+  double longest_hold_s_ = 0.0;
+  std::optional<Eigen::Vector3d> last_place_m_;
+
+  std::optional<Outcome> outcome_;
+  std::vector<std::pair<std::string, Metric>> metrics_;
+};
+
+}  // namespace nido
