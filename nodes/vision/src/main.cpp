@@ -1,0 +1,237 @@
+// nido-vision: sees the things on the table and the robot's own hand, and turns head and eyes. docs/vision.md
+
+#include <fmt/format.h>
+
+#include "nido/launcher/paths.h"
+#include "nido/middleware/node.h"
+#include "nido/middleware/typed_port.h"
+#include "nido/msgs/types.h"
+#include "nido/vision/vision_core.h"
+
+namespace nido {
+namespace {
+
+using vision::VisionCore;
+using vision::VisionInputs;
+using vision::VisionOutputs;
+
+struct Ports {
+  std::array<std::unique_ptr<Input<msgs::Image>>, 2> image;  // left, right
+  std::array<std::unique_ptr<Input<msgs::CameraInfo>>, 2> info;
+  std::unique_ptr<Input<msgs::JointState>> head;
+  std::unique_ptr<Input<msgs::JointState>> torso;
+  std::unique_ptr<Input<msgs::GazeGoal>> gaze;
+  std::unique_ptr<Output<msgs::Percepts>> objects;
+  std::unique_ptr<Output<msgs::HandView>> hand;
+  std::unique_ptr<Output<msgs::GazeStatus>> status;
+  std::unique_ptr<Output<msgs::JointCommand>> command;
+};
+
+template <class T>
+Status open(Node& node, std::unique_ptr<Input<T>>& port, const std::string& name, Profile profile,
+            std::size_t depth) {
+  auto opened = node.open_input<T>(name, profile, depth);
+  if (!opened) return opened.error();
+  port = std::move(opened).value();
+  return {};
+}
+
+template <class T>
+Status open(Node& node, std::unique_ptr<Output<T>>& port, const std::string& name, Profile profile) {
+  auto opened = node.open_output<T>(name, profile);
+  if (!opened) return opened.error();
+  port = std::move(opened).value();
+  return {};
+}
+
+Status open_ports(Node& node, Ports& ports) {
+  if (Status s = open(node, ports.image[0], "/vision/left:i", Profile::kSensor, 4); !s) return s;
+  if (Status s = open(node, ports.image[1], "/vision/right:i", Profile::kSensor, 4); !s) return s;
+  if (Status s = open(node, ports.info[0], "/vision/left_info:i", Profile::kState, 4); !s) return s;
+  if (Status s = open(node, ports.info[1], "/vision/right_info:i", Profile::kState, 4); !s) return s;
+  if (Status s = open(node, ports.head, "/vision/head:i", Profile::kState, 64); !s) return s;
+  if (Status s = open(node, ports.torso, "/vision/torso:i", Profile::kState, 64); !s) return s;
+  if (Status s = open(node, ports.gaze, "/vision/gaze:i", Profile::kEvent, 16); !s) return s;
+  if (Status s = open(node, ports.objects, "/vision/objects:o", Profile::kState); !s) return s;
+  if (Status s = open(node, ports.hand, "/vision/hand:o", Profile::kState); !s) return s;
+  if (Status s = open(node, ports.status, "/vision/gaze/status:o", Profile::kState); !s) return s;
+  return open(node, ports.command, "/vision/command:o", Profile::kCommand);
+}
+
+Time time_of(const msgs::Header& header) {
+  return Time{static_cast<std::int64_t>(header.stamp().sec()) * 1'000'000'000 + header.stamp().nanosec()};
+}
+
+msgs::Header header_at(Time time) {
+  msgs::Header header;
+  header.stamp().sec(static_cast<std::int32_t>(time.ns / 1'000'000'000));
+  header.stamp().nanosec(static_cast<std::uint32_t>(time.ns % 1'000'000'000));
+  header.frame_id("root");
+  return header;
+}
+
+void take_encoders(Input<msgs::JointState>& port, std::vector<vision::EncoderSample>& out) {
+  while (auto message = port.take()) {
+    out.push_back(
+        {time_of(message->header()), std::move(message->position()), std::move(message->velocity())});
+  }
+}
+
+VisionInputs take_in(Ports& ports) {
+  VisionInputs in;
+  take_encoders(*ports.head, in.head);
+  take_encoders(*ports.torso, in.torso);
+  std::array<std::optional<Image>*, 2> images = {&in.left, &in.right};
+  std::array<std::optional<CameraInfo>*, 2> infos = {&in.left_info, &in.right_info};
+  for (std::size_t e = 0; e < 2; ++e) {
+    if (auto message = ports.image[e]->take_latest()) {
+      Image image;
+      image.stamp_ns = time_of(message->header()).ns;
+      image.width = static_cast<int>(message->width());
+      image.height = static_cast<int>(message->height());
+      image.rgb = std::move(message->data());
+      if (message->encoding() != "rgb8")
+        image.rgb.clear();  // refused by the core, which expects three bytes a pixel
+      *images[e] = std::move(image);
+    }
+    if (const auto message = ports.info[e]->take_latest()) {
+      CameraInfo info;
+      info.width = static_cast<int>(message->width());
+      info.height = static_cast<int>(message->height());
+      info.fx_px = message->k()[0];
+      info.cx_px = message->k()[2];
+      info.fy_px = message->k()[4];
+      info.cy_px = message->k()[5];
+      *infos[e] = info;
+    }
+  }
+  while (const auto message = ports.gaze->take()) {
+    in.gaze = vision::GazeGoal{message->mode(),
+                               message->target(),
+                               {message->point().x(), message->point().y(), message->point().z()}};
+  }
+  return in;
+}
+
+msgs::Percepts to_message(const std::vector<vision::SeenObject>& objects, Time stamp) {
+  msgs::Percepts message;
+  message.header(header_at(stamp));
+  for (const vision::SeenObject& object : objects) {
+    msgs::Percept percept;
+    percept.name(object.name);
+    percept.colour(object.colour);
+    percept.shape(object.shape);
+    percept.confidence(object.confidence);
+    percept.position().x(object.p_RootObject_m.x());
+    percept.position().y(object.p_RootObject_m.y());
+    percept.position().z(object.p_RootObject_m.z());
+    percept.size().x(object.size_m.x());
+    percept.size().y(object.size_m.y());
+    percept.size().z(object.size_m.z());
+    percept.yaw(object.yaw_rad);
+    percept.left_box(object.box[0]);
+    percept.right_box(object.box[1]);
+    message.objects().push_back(percept);
+  }
+  return message;
+}
+
+msgs::HandView to_message(const vision::SeenHand& hand, Time stamp) {
+  msgs::HandView message;
+  message.header(header_at(stamp));
+  message.side(hand.side);
+  message.visible(hand.visible);
+  message.confidence(hand.confidence);
+  message.pose().position().x(hand.p_RootKnuckle_m.x());
+  message.pose().position().y(hand.p_RootKnuckle_m.y());
+  message.pose().position().z(hand.p_RootKnuckle_m.z());
+  message.pose().orientation().w(hand.q_RootHand.w());
+  message.pose().orientation().x(hand.q_RootHand.x());
+  message.pose().orientation().y(hand.q_RootHand.y());
+  message.pose().orientation().z(hand.q_RootHand.z());
+  message.has_orientation(hand.has_orientation);
+  message.left_box(hand.box[0]);
+  message.right_box(hand.box[1]);
+  return message;
+}
+
+Status put_out(Ports& ports, const VisionOutputs& out, Time now, const std::string& side) {
+  if (out.pictures_stamp) {
+    if (Status s = ports.objects->write(to_message(out.objects, *out.pictures_stamp)); !s) return s;
+    // the acting hand last: readers that keep one message keep that one
+    for (const vision::SeenHand& hand : out.hands) {
+      if (hand.side == side || !hand.visible) continue;
+      if (Status s = ports.hand->write(to_message(hand, *out.pictures_stamp)); !s) return s;
+    }
+    for (const vision::SeenHand& hand : out.hands) {
+      if (hand.side != side) continue;
+      if (Status s = ports.hand->write(to_message(hand, *out.pictures_stamp)); !s) return s;
+    }
+  }
+  if (out.gaze) {
+    msgs::GazeStatus status;
+    status.header(header_at(now));
+    status.mode(out.gaze->status.mode);
+    status.target(out.gaze->status.target);
+    status.fixated(out.gaze->status.fixated);
+    status.search_done(out.gaze->status.search_done);
+    if (Status s = ports.status->write(status); !s) return s;
+    msgs::JointCommand command;
+    command.header(header_at(now));
+    command.mode("direct");
+    for (std::int32_t joint = 0; joint < 6; ++joint) {
+      command.joint().push_back(joint);
+      command.value().push_back(out.gaze->command_rad[static_cast<std::size_t>(joint)]);
+    }
+    if (Status s = ports.command->write(command); !s) return s;
+  }
+  return {};
+}
+
+Status run(Node& node) {
+  const auto places = find_places();
+  if (!places) return places.error();
+  const auto robot = node.parameter<std::string>("urdf", (places->config / "robots" / "icub.urdf").string());
+  if (!robot) return robot.error();
+  const auto templates_path =
+      node.parameter<std::string>("templates", (places->config / "objects" / "templates.yaml").string());
+  if (!templates_path) return templates_path.error();
+  const auto side = node.parameter<std::string>("side", "right");
+  if (!side) return side.error();
+  if (*side != "left" && *side != "right") {
+    return Error{ErrorCode::kInvalidArgument,
+                 fmt::format("parameter side is \"{}\"; allowed are left, right", *side)};
+  }
+  const auto model = RobotModel::load(*robot);
+  if (!model) return model.error();
+  const auto templates = vision::TemplateSet::load(*templates_path);
+  if (!templates) return templates.error();
+  vision::VisionSettings settings;
+  settings.period_s = node.options().period_s;
+  auto core = VisionCore::create(*model, *templates, settings);
+  if (!core) return core.error();
+
+  Ports ports;
+  if (Status opened = open_ports(node, ports); !opened) return opened;
+  node.set_ready();
+  std::string last_warning;
+  return node.run([&](Time now) -> Status {
+    const VisionOutputs out = (*core)->step(now, take_in(ports));
+    for (const std::string& warning : out.warnings) {
+      if (warning != last_warning)
+        node.log_warning(warning);  // a peer that repeats a mistake is not worth a line each tick
+      last_warning = warning;
+    }
+    // a peer that is away for a while must not end this node
+    if (const Status sent = put_out(ports, out, now, *side); !sent && sent.error().message != last_warning) {
+      last_warning = sent.error().message;
+      node.log_warning(last_warning);
+    }
+    return {};
+  });
+}
+
+}  // namespace
+}  // namespace nido
+
+int main(int argc, char** argv) { return nido::node_main(argc, argv, "vision", nido::run); }
