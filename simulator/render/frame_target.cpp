@@ -29,7 +29,7 @@ Result<ColourTarget> ColourTarget::create(int width, int height, int samples) {
   glGenFramebuffers(1, &target.draw_frame_);
   glGenRenderbuffers(3, target.buffers_);
   glBindFramebuffer(GL_FRAMEBUFFER, target.draw_frame_);
-  makeBuffer(target.buffers_[0], samples, GL_SRGB8_ALPHA8, width, height, GL_COLOR_ATTACHMENT0);
+  makeBuffer(target.buffers_[0], samples, GL_RGBA8, width, height, GL_COLOR_ATTACHMENT0);
   makeBuffer(target.buffers_[1], samples, GL_DEPTH_COMPONENT24, width, height, GL_DEPTH_ATTACHMENT);
   if (Status ok = checkFrame("colour", width, height); !ok) {
     target.clear();
@@ -38,7 +38,7 @@ Result<ColourTarget> ColourTarget::create(int width, int height, int samples) {
   if (samples > 1) {
     glGenFramebuffers(1, &target.read_frame_);
     glBindFramebuffer(GL_FRAMEBUFFER, target.read_frame_);
-    makeBuffer(target.buffers_[2], 1, GL_SRGB8_ALPHA8, width, height, GL_COLOR_ATTACHMENT0);
+    makeBuffer(target.buffers_[2], 1, GL_RGBA8, width, height, GL_COLOR_ATTACHMENT0);
     if (Status ok = checkFrame("colour", width, height); !ok) {
       target.clear();
       return ok.error();

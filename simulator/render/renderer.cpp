@@ -244,17 +244,22 @@ Status Renderer::Impl::setLighting(const Lighting& lighting) {
 void Renderer::Impl::drawShadows() {
   lamp_clip_from_world_ = clipFromWorldOfLamp(lighting_.key_direction_World);
   shadow_target_.front().bind();
-  glDisable(GL_FRAMEBUFFER_SRGB);
   glClear(GL_DEPTH_BUFFER_BIT);
   if (lighting_.shadows) {
     list_.build(geometry_.pieces(), lamp_clip_from_world_, /*only_shadow=*/true);
     glUseProgram(shadow_.id);
     shadow_.set("u_clip_from_world", lamp_clip_from_world_);
-    // against a surface's shadow on itself
-    glEnable(GL_POLYGON_OFFSET_FILL);
-    glPolygonOffset(2.0F, 8.0F);
+    // the far sides of things throw the shadow, so that no surface shades itself
+    glEnable(GL_CULL_FACE);
+    glCullFace(GL_FRONT);
+    list_.draw(Batch::kPlain);
+    list_.draw(Batch::kTextured);
+    glCullFace(GL_BACK);
     glDisable(GL_CULL_FACE);
-    for (std::size_t batch = 0; batch < kBatchCount; ++batch) list_.draw(static_cast<Batch>(batch));
+    glEnable(GL_POLYGON_OFFSET_FILL);
+    glPolygonOffset(2.0F, 4.0F);
+    list_.draw(Batch::kTwoSided);
+    list_.draw(Batch::kTwoSidedTextured);
     glDisable(GL_POLYGON_OFFSET_FILL);
   }
   shadows_current_ = true;
@@ -312,8 +317,7 @@ Status Renderer::Impl::render(const Camera& camera, Image& picture) {
   if (!shadows_current_) drawShadows();
 
   (*target)->bind();
-  glEnable(GL_FRAMEBUFFER_SRGB);  // light is added up linearly, pictures are sRGB
-  const auto grey = static_cast<float>(0.35 * lighting_.brightness);
+  const auto grey = static_cast<float>(std::sqrt(std::min(1.0, 0.35 * lighting_.brightness)));
   glClearColor(grey, grey, grey, 1);
   glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
   glActiveTexture(GL_TEXTURE0);
@@ -359,7 +363,6 @@ Status Renderer::Impl::renderDepth(const Camera& camera, DepthImage& picture) {
   if (!target) return target.error();
   glBindVertexArray(vertex_array_);
   (*target)->bind();
-  glDisable(GL_FRAMEBUFFER_SRGB);
   const float no_depth[] = {0, 0, 0, 0};
   const GLuint no_instance[] = {0, 0, 0, 0};
   glClearBufferfv(GL_COLOR, 0, no_depth);

@@ -9,8 +9,8 @@ std::string header(bool textured) {
 
 }  // namespace
 
-// Light is summed up at the vertices, where it is cheap: shapes are fine enough for that, and on the flat ones it is
-// exact. Pixels add the shadow and the pattern.
+// Light is summed up at the vertices, where it is cheap: shapes are fine enough for that, and on the flat
+// ones it is exact. Pixels add the shadow and the pattern.
 std::string litVertexShader(bool textured) {
   return header(textured) + R"(
 layout(location = 0) in vec3 a_p;
@@ -72,7 +72,9 @@ void main() {
 #ifdef TEXTURED
   colour *= texture(u_patterns, vec3(v_uv, v_layer_strongest.x)).r * v_layer_strongest.y;
 #endif
-  o_colour = vec4(colour, 1.0);
+  // sRGB within 3 of 255 levels; exact powers and an sRGB frame buffer would cost more than all the rest
+  colour = min(colour, vec3(1.0));
+  o_colour = vec4(1.2138 * sqrt(colour) - 0.2022 * colour - 0.0184, 1.0);
 }
 )";
 }
