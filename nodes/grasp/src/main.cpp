@@ -6,6 +6,7 @@
 #include "nido/grasp/policies.h"
 #include "nido/grasp/settings.h"
 #include "nido/middleware/node.h"
+#include "nido/middleware/stamp.h"
 #include "nido/middleware/typed_port.h"
 #include "nido/msgs/types.h"
 
@@ -15,13 +16,6 @@ using namespace nido;         // NOLINT(google-build-using-namespace): a program
 using namespace nido::grasp;  // NOLINT(google-build-using-namespace)
 
 constexpr double kStatusPeriod_s = 0.2;
-
-msgs::Header header_at(Time now) {
-  msgs::Header header;
-  header.stamp().sec(static_cast<std::int32_t>(now.ns / 1'000'000'000));
-  header.stamp().nanosec(static_cast<std::uint32_t>(now.ns % 1'000'000'000));
-  return header;
-}
 
 msgs::JointCommand command_of(const FingerPosture& posture, Time now) {
   msgs::JointCommand command;
@@ -46,31 +40,52 @@ msgs::ActionStatus status_message(const GraspStatus& status, Time now) {
   return message;
 }
 
-std::string parameter(const Node& node, const std::string& key, const std::string& fallback) {
-  const YAML::Node value = node.options().parameters[key];
-  return value ? value.as<std::string>() : fallback;
+// What the process was told to do and with what.
+struct Settings {
+  std::string side, urdf, postures, weights, mode, save;
+};
+
+Result<Settings> read_settings(Node& node) {
+  Settings settings;
+  Status read;
+  const auto take = [&](const char* key, std::string fallback, std::string& value) {
+    if (!read) return;
+    auto given = node.parameter<std::string>(key, fallback);
+    if (given) {
+      value = *given;
+    } else {
+      read = given.error();
+    }
+  };
+  take("side", "right", settings.side);
+  take("urdf", "config/robots/icub.urdf", settings.urdf);
+  take("postures", "config/robots/grasp_postures.yaml", settings.postures);
+  take("weights", "config/weights/grasp.txt", settings.weights);
+  take("mode", "act", settings.mode);
+  take("save", "grasp.txt", settings.save);
+  if (!read) return read.error();
+  if (settings.mode != "act" && settings.mode != "learn") {
+    return Error{ErrorCode::kInvalidArgument,
+                 "parameter mode is \"" + settings.mode + "\"; allowed are act and learn"};
+  }
+  return settings;
 }
 
 Status run(Node& node) {
-  const std::string side = parameter(node, "side", "right");
-  auto options_result =
-      load_grasp_options(parameter(node, "urdf", "config/robots/icub.urdf"),
-                         parameter(node, "postures", "config/robots/grasp_postures.yaml"), side);
+  auto settings = read_settings(node);
+  if (!settings) return settings.error();
+  auto options_result = load_grasp_options(settings->urdf, settings->postures, settings->side);
   if (!options_result) return options_result.error();
   // mode "act" uses what was learned; mode "learn" learns online from rewards and saves after each of them
-  const std::string mode = parameter(node, "mode", "act");
   std::unique_ptr<GraspLearner> learner;
   GraspCore::Policy policy;
-  if (mode == "learn") {
+  if (settings->mode == "learn") {
     learner = std::make_unique<GraspLearner>(GraspLearner::Options{}, node.options().seed);
     policy = learner->policy();
-  } else if (mode == "act") {
-    auto network_result = load_grasp_network(parameter(node, "weights", "config/weights/grasp.txt"));
+  } else {
+    auto network_result = load_grasp_network(settings->weights);
     if (!network_result) return network_result.error();
     policy = learned_policy(*network_result);
-  } else {
-    return Error{ErrorCode::kInvalidArgument,
-                 "parameter mode is \"" + mode + "\"; allowed are act and learn"};
   }
   GraspCore core(*options_result, policy);
 
@@ -105,7 +120,7 @@ Status run(Node& node) {
     if (auto touch = (*touch_in)->take_latest(); touch && touch->on().size() == kPadCount) {
       for (std::size_t i = 0; i < kPadCount; ++i) inputs.touch[i] = touch->on()[i];
     }
-    const double dt_s = last ? (now.ns - last->ns) * 1e-9 : node.options().period_s;
+    const double dt_s = last ? now.seconds() - last->seconds() : node.options().period_s;
     last = now;
     if (learner) {
       if (auto reward = reward_in->take()) {
@@ -113,7 +128,7 @@ Status run(Node& node) {
         learning::WeightsFile file;
         file.command = "nido experiment run grasp-learning --seed " + std::to_string(node.options().seed);
         learner->network().write_to(file, "grasp");
-        if (auto saved = file.save(parameter(node, "save", "grasp.txt")); !saved) return saved;
+        if (auto saved = file.save(settings->save); !saved) return saved;
       }
     }
     // without knowing where the fingers are nothing is commanded; goals wait
@@ -132,7 +147,8 @@ Status run(Node& node) {
       if (last_status.state == "failed") node.log_warning(last_status.action + ": " + last_status.reason);
     }
     // repeated now and then, so that a listener that came late knows too
-    if (out.status || (last_status.id != 0 && (now.ns - last_status_time.ns) * 1e-9 >= kStatusPeriod_s)) {
+    if (out.status ||
+        (last_status.id != 0 && now.seconds() - last_status_time.seconds() >= kStatusPeriod_s)) {
       last_status_time = now;
       if (auto sent = (*status_out)->write(status_message(last_status, now)); !sent) return sent;
     }
