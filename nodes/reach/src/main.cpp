@@ -3,6 +3,7 @@
 #include <optional>
 #include <string>
 
+#include "nido/launcher/paths.h"
 #include "nido/middleware/node.h"
 #include "nido/middleware/typed_port.h"
 #include "nido/msgs/types.h"
@@ -15,6 +16,7 @@ using namespace nido;         // NOLINT(google-build-using-namespace): a program
 using namespace nido::reach;  // NOLINT(google-build-using-namespace)
 
 constexpr double kStatusPeriod_s = 0.2;
+constexpr double kGazePeriod_s = 0.1;
 constexpr double kRadPerDeg = static_cast<double>(EIGEN_PI) / 180.0;
 
 msgs::Header header_at(Time now) {
@@ -66,21 +68,23 @@ struct Ports {
   std::unique_ptr<Output<msgs::JointCommand>> command;
   std::unique_ptr<Output<msgs::JointCommand>> torso_command;
   std::unique_ptr<Output<msgs::ActionStatus>> status;
-  std::unique_ptr<Output<msgs::GazeGoal>> gaze;  // babbling: the eyes follow the hand
+  // babbling: the eyes are turned to where the body feels its hand, and the end is told
+  std::unique_ptr<Output<msgs::GazeGoal>> gaze;
+  std::unique_ptr<Output<msgs::StageEvent>> outcome;
 };
 
 template <class T, class Port>
 Status open_in(Node& node, const char* name, Profile profile, Port& port) {
   auto opened = node.open_input<T>(name, profile);
   if (!opened) return opened.error();
-  port = *std::move(opened);
+  port = std::move(*opened);
   return {};
 }
 template <class T, class Port>
 Status open_out(Node& node, const char* name, Profile profile, Port& port) {
   auto opened = node.open_output<T>(name, profile);
   if (!opened) return opened.error();
-  port = *std::move(opened);
+  port = std::move(*opened);
   return {};
 }
 
@@ -167,7 +171,8 @@ Status act(Node& node, const SettingsPaths& paths, const std::string& side, cons
       node.log_info(goal->action() + " " + goal->object());
       go_home = false;
     } else if (go_home && input.measured_rad) {
-      input.goal = ReachGoal{0, "home", "", {}, {}, 0.0};
+      input.goal.emplace();
+      input.goal->action = "home";
       go_home = false;
     }
     const ReachOutput out = core->step(now.seconds(), input);
@@ -223,6 +228,7 @@ Status babble(Node& node, const SettingsPaths& paths, const std::string& side) {
   bool written = false;
   std::size_t reported = 0;
   double last_status_s = -1.0;
+  double last_gaze_s = -1.0;
   return node.run([&](Time now) -> Status {
     const auto measured = encoders.take(*ports);
     const auto hand = take_hand(*ports, side);
@@ -242,13 +248,19 @@ Status babble(Node& node, const SettingsPaths& paths, const std::string& side) {
       if (auto saved = save_samples(*out, babbling.samples(), command_line); !saved) return saved;
       node.log_info("babbling: " + std::to_string(babbling.samples().size()) + " samples in " + *out);
     }
-    if (now.seconds() - last_status_s >= 0.5) {
-      last_status_s = now.seconds();
+    if (measured && now.seconds() - last_gaze_s >= kGazePeriod_s) {
+      last_gaze_s = now.seconds();
+      const Eigen::Vector3d hand_Root_m = body->chain.X_RootPalm(*measured) * body->p_PalmMark_m;
       msgs::GazeGoal gaze;
       gaze.header(header_at(now));
-      gaze.mode("hand");
-      gaze.target(side);
+      gaze.mode("point");
+      gaze.point().x(hand_Root_m.x());
+      gaze.point().y(hand_Root_m.y());
+      gaze.point().z(hand_Root_m.z());
       if (auto sent = ports->gaze->write(gaze); !sent) return sent;
+    }
+    if (now.seconds() - last_status_s >= 0.5) {
+      last_status_s = now.seconds();
       msgs::ActionStatus message;
       message.header(header_at(now));
       message.action("babble");
@@ -256,13 +268,27 @@ Status babble(Node& node, const SettingsPaths& paths, const std::string& side) {
       message.reason(std::to_string(babbling.samples().size()) + " of " + std::to_string(options.samples) +
                      " samples");
       if (auto sent = ports->status->write(message); !sent) return sent;
+      if (written) {
+        msgs::StageEvent outcome;
+        outcome.header(header_at(now));
+        outcome.stage("outcome");
+        outcome.state("done");
+        outcome.text(message.reason() + " in " + *out);
+        if (auto sent = ports->outcome->write(outcome); !sent) return sent;
+      }
     }
     return {};
   });
 }
 
 Status run(Node& node) {
+  const auto places = find_places();
+  if (!places) return places.error();
   SettingsPaths paths;
+  paths.urdf = (places->config / "robots" / "icub.urdf").string();
+  paths.postures = (places->config / "robots" / "grasp_postures.yaml").string();
+  paths.posture_weights = (places->config / "weights" / "reach_posture.txt").string();
+  paths.hand_weights = (places->config / "weights" / "reach_hand.txt").string();
   for (const auto& [key, value] : std::initializer_list<std::pair<const char*, std::string*>>{
            {"urdf", &paths.urdf},
            {"postures", &paths.postures},

@@ -239,7 +239,7 @@ Result<JointPath> MotionPlanner::free_way(const Joints& from, const Joints& to) 
         fmt::format("no free way for the arm: the best one goes {:.0f} mm into the table or a thing on it",
                     -1000.0 * best_clearance_m)};
   }
-  return *std::move(best);
+  return std::move(*best);
 }
 
 Result<JointPath> MotionPlanner::straight_way(const Joints& from, const PalmGoal& goal, double speed_m_s,

@@ -160,7 +160,7 @@ Status ReachCore::plan_approach(const ReachGoal& goal, const PalmPosture& postur
   if (!approach) return approach.error();
   auto way = planner_.free_way(*command_, approach->q_standoff);
   if (!way) return Error{way.error().code, "to '" + goal.object + "': " + way.error().message};
-  stages_.push_back(Move{*std::move(way), approach->standoff, true});
+  stages_.push_back(Move{std::move(*way), approach->standoff, true});
   stages_.push_back(Look{options_.look_s, approach->standoff});
   stages_.push_back(Straight{approach->goal, options_.approach_speed_m_s, 0.4});
   stages_.push_back(Look{options_.settle_s, approach->goal});
@@ -181,7 +181,7 @@ Status ReachCore::plan_lift(const ReachGoal& goal) {
     lifted.X_RootPalm.translation().z() += share * height_m;
     auto way = planner_.straight_way(*command_, lifted, options_.lift_speed_m_s, 0.4);
     if (way) {
-      stages_.push_back(Move{*std::move(way), lifted, true});
+      stages_.push_back(Move{std::move(*way), lifted, true});
       stages_.push_back(Look{options_.settle_s, lifted});
       return {};
     }
@@ -220,7 +220,7 @@ Status ReachCore::plan_carry(const ReachGoal& goal) {
           break;
         }
         q = way->end();
-        stages_.push_back(Move{*std::move(way), knot, true});
+        stages_.push_back(Move{std::move(*way), knot, true});
       }
       if (!planned) continue;
       PalmGoal there;
@@ -239,7 +239,7 @@ Status ReachCore::plan_home() {
   if (!way) return Error{way.error().code, "on the way home: " + way.error().message};
   PalmGoal goal;
   goal.X_RootPalm = planner_.X_RootPalmSeen(planner_.options().home);
-  stages_.push_back(Move{*std::move(way), goal, true});
+  stages_.push_back(Move{std::move(*way), goal, true});
   stages_.push_back(Look{options_.settle_s, goal});
   return {};
 }
@@ -257,7 +257,7 @@ void ReachCore::run_stages(double now_s) {
           finish(ActionState::kFailed, way.error().message);
           return;
         }
-        stages_.front() = Move{*std::move(way), PalmGoal(straight->goal), true};
+        stages_.front() = Move{std::move(*way), PalmGoal(straight->goal), true};
       }
     }
     const double t_s = now_s - stage_begin_s_;

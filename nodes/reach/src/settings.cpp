@@ -87,7 +87,7 @@ Result<Body> load_body(const std::string& urdf_path, const std::string& side) {
   const Eigen::VectorXd zero = model->zero_axes();
   const Eigen::Isometry3d X_PalmMark =
       model->X_RootLink(hand->frame, zero).inverse() * model->X_RootLink(mark->link, zero);
-  return Body{*std::move(chain), X_PalmMark.translation()};
+  return Body{std::move(*chain), X_PalmMark.translation()};
 }
 
 PlannerOptions default_planner_options() {
@@ -136,10 +136,10 @@ Result<ReachCore> make_reach_core(const SettingsPaths& paths, const std::string&
   auto grasp_postures = load_grasp_postures(paths.postures);
   if (!grasp_postures) return grasp_postures.error();
   ReachOptions options;
-  options.grasp_postures = *std::move(grasp_postures);
+  options.grasp_postures = std::move(*grasp_postures);
   options.reach_posture = default_reach_posture();
   return ReachCore(
-      MotionPlanner(std::move(body->chain), *std::move(seen_hand), *std::move(postures), planner), options);
+      MotionPlanner(std::move(body->chain), std::move(*seen_hand), std::move(*postures), planner), options);
 }
 
 Result<std::map<std::string, PalmPosture>> load_grasp_postures(const std::string& path) {
