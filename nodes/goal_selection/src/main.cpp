@@ -110,9 +110,9 @@ Status open_ports(Node& node, Ports& ports) {
   if (Status s = open(node, ports.objects, "/goal_selection/objects:i", Profile::kState, 16); !s) return s;
   if (Status s = open(node, ports.gaze_status, "/goal_selection/gaze_status:i", Profile::kState, 16); !s)
     return s;
-  if (Status s = open(node, ports.reach_status, "/goal_selection/reach_status:i", Profile::kState, 64); !s)
+  if (Status s = open(node, ports.reach_status, "/goal_selection/reach_status:i", Profile::kEvent, 64); !s)
     return s;
-  if (Status s = open(node, ports.grasp_status, "/goal_selection/grasp_status:i", Profile::kState, 64); !s)
+  if (Status s = open(node, ports.grasp_status, "/goal_selection/grasp_status:i", Profile::kEvent, 64); !s)
     return s;
   if (Status s = open(node, ports.touch, "/goal_selection/touch:i", Profile::kSensor, 4); !s) return s;
   if (Status s = open(node, ports.gaze, "/goal_selection/gaze:o", Profile::kState); !s) return s;

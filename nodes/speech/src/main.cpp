@@ -56,7 +56,7 @@ Status run(Node& node) {
   if (!core) return core.error();
 
   // ten seconds of sound in blocks of 10 ms may wait
-  const auto audio = node.open_input<msgs::Audio>("/speech/audio:i", Profile::kCommand, 1000);
+  const auto audio = node.open_input<msgs::Audio>("/speech/audio:i", Profile::kEvent, 1000);
   if (!audio) return audio.error();
   const auto heard = node.open_output<msgs::Heard>("/speech/heard:o", Profile::kEvent);
   if (!heard) return heard.error();

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "nido/judge/ground_truth.h"
+
+namespace nido {
+
+// The truth as the simulator's world port tells it, in lines of text (docs/report.md).
+class WorldTruth final : public GroundTruth {
+ public:
+  using Ask = std::function<Result<std::string>(const std::string& line)>;
+  // `hand`: "right" or "left".
+  WorldTruth(Ask ask, std::string hand) : ask_(std::move(ask)), hand_(std::move(hand)) {}
+
+  Result<ObjectTruth> object(const std::string& name) override;
+  Result<HoldTruth> hold(const std::string& name) override;
+  Result<bool> inside(const std::string& object, const std::string& basket) override;
+  Result<Eigen::Isometry3d> X_RootPalm() override;
+
+ private:
+  // Asks and reads `count` numbers from the answer.
+  Result<std::vector<double>> numbers(const std::string& line, std::size_t count);
+  Ask ask_;
+  std::string hand_;
+};
+
+}  // namespace nido
