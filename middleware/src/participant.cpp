@@ -1,7 +1,5 @@
 #include "participant.h"
 
-#include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
-#include <fastdds/rtps/transport/shared_mem/SharedMemTransportDescriptor.h>
 #include <sys/statvfs.h>
 
 #include <algorithm>
@@ -10,6 +8,7 @@
 #include <fastdds/dds/domain/DomainParticipantListener.hpp>
 #include <fastdds/dds/log/Log.hpp>
 
+#include "guarded_transport.h"
 #include "nido/middleware/shm_hygiene.h"
 
 namespace nido {
@@ -36,13 +35,13 @@ dds::DomainParticipantQos participant_qos(const std::string& node_name) {
   qos.name("nido/" + node_name);
   qos.transport().use_builtin_transports = false;
 
-  auto shared_memory = std::make_shared<eprosima::fastdds::rtps::SharedMemTransportDescriptor>();
+  auto shared_memory = std::make_shared<GuardedSharedMemoryDescriptor>();
   shared_memory->segment_size(segment_size_bytes());
   shared_memory->max_message_size(2U << 20U);
   qos.transport().user_transports.push_back(shared_memory);
 
   // this machine only
-  auto udp = std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>();
+  auto udp = std::make_shared<GuardedUdpDescriptor>();
   udp->interfaceWhiteList.emplace_back("127.0.0.1");
   qos.transport().user_transports.push_back(udp);
 
