@@ -3,6 +3,7 @@
 #include <string>
 #include <utility>
 
+#include "nido/simulator/render/camera.h"
 #include "nido/simulator/scene.h"
 
 namespace nido::sim {
@@ -50,5 +51,8 @@ inline SceneSnapshot makeTableScene() {
                               {0.30F, 0.15F, 0.06F, 1}, "fabric"));
   return scene;
 }
+
+// What a robot's eye would see of it.
+inline Camera tableCamera() { return lookAt({0, 0.03, 0.35}, {-0.35, 0, -0.08}, 320, 240, 0.8727); }
 
 }  // namespace nido::sim
