@@ -165,7 +165,9 @@ constexpr Quantity kTorque = {"trq", "trqs", 1.0, &from_reading<&JointReading::t
 
 TextValue to_value(double si, double unit) {
   if (unit == kCount) return {static_cast<long long>(si)};
-  return {si / unit};
+  // a target of 30.5 degrees reads back as 30.5: the two conversions leave an error in the last digits
+  constexpr double kDigits = 1e10;
+  return {std::round(si / unit * kDigits) / kDigits};
 }
 
 Outcome<Values> get_quantity(const IControlBoard& board, const Quantity& quantity, const Values& line,
@@ -207,8 +209,9 @@ Outcome<Values> get_limits(const IControlBoard& board, const Values& line, std::
   const Result<std::vector<JointLimits>> limits = board.limits();
   if (!limits) return refused(limits.error());
   const JointLimits& joint = (*limits)[static_cast<std::size_t>(std::get<Targets>(which).joints.front())];
-  if (what == "llim") return Values{{joint.min_rad / kDegree_rad}, {joint.max_rad / kDegree_rad}};
-  if (what == "vlim") return Values{{0.0}, {joint.max_velocity_rad_s / kDegree_rad}};
+  if (what == "llim")
+    return Values{to_value(joint.min_rad, kDegree_rad), to_value(joint.max_rad, kDegree_rad)};
+  if (what == "vlim") return Values{{0.0}, to_value(joint.max_velocity_rad_s, kDegree_rad)};
   return Values{{-joint.max_torque_Nm}, {joint.max_torque_Nm}};
 }
 

@@ -8,7 +8,7 @@ namespace {
 
 constexpr std::int64_t kSecond_ns = 1'000'000'000;
 // rms of pink_noise() before it is scaled, for white noise that is even in -1..1
-constexpr double kPinkRms = 0.92;
+constexpr double kPinkRms = 1.72;
 
 }  // namespace
 

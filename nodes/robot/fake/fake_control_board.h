@@ -21,9 +21,9 @@ struct FakeJoint {
 
 // What a fake board can be told to do wrong.
 struct FakeFailures {
-  std::optional<Error> commands;  // every command is refused with this
-  std::optional<Error> reads;     // every reading fails with this
-  std::optional<Error> step;      // the device itself fails with this
+  std::optional<Error> commands{};  // every command is refused with this
+  std::optional<Error> reads{};     // every reading fails with this
+  std::optional<Error> step{};      // the device itself fails with this
 };
 
 // A control board without a body: joints go exactly where they are told, as fast as the mode allows, without

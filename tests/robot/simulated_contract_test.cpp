@@ -1,0 +1,59 @@
+// The contracts, run on the simulated family.
+
+#include "control_board_contract.h"
+#include "nido/simulator/devices/simulated_camera.h"
+#include "nido/simulator/devices/simulated_sensors.h"
+#include "sensor_contracts.h"
+#include "simulated_rig.h"
+
+namespace nido::test {
+namespace {
+
+INSTANTIATE_TEST_SUITE_P(Simulated, ControlBoardContract,
+                         testing::Values([] { return std::make_unique<SimulatedRig>(); }));
+INSTANTIATE_TEST_SUITE_P(SimulatedUnderLimits, ControlBoardContract, testing::Values([] {
+                           auto rig = std::make_unique<SimulatedRig>();
+                           rig->put_limits();
+                           return rig;
+                         }));
+
+class SimulatedCameraRig final : public CameraRig {
+ public:
+  ICamera& camera() override { return *camera_; }
+  void advance() override {
+    const Status stepped = robot_->step_to(robot_->now_ns() + kPeriod_ns);
+    if (!stepped) throw std::runtime_error(stepped.error().message);
+  }
+
+ private:
+  std::shared_ptr<sim::SimulatedRobot> robot_ = simulated_robot();
+  std::unique_ptr<ICamera> camera_ = required(sim::SimulatedCamera::create(robot_, sim::Eye::kLeft, {}));
+};
+INSTANTIATE_TEST_SUITE_P(Simulated, CameraContract,
+                         testing::Values([] { return std::make_unique<SimulatedCameraRig>(); }));
+
+TEST(SimulatedControlBoard, NamesThePartsThatThereAre) {
+  const auto board = sim::SimulatedControlBoard::create(simulated_robot(), "tail");
+  ASSERT_FALSE(board.ok());
+  EXPECT_NE(board.error().message.find("'tail'"), std::string::npos);
+  EXPECT_NE(board.error().message.find("right_leg"), std::string::npos);
+}
+
+TEST(SimulatedRobot, TimeGoesOnWhenTheWorldIsReset) {
+  const auto robot = simulated_robot();
+  ASSERT_TRUE(robot->step_to(5 * kPeriod_ns).ok());
+  robot->simulation().reset();
+  ASSERT_TRUE(robot->step_to(7 * kPeriod_ns).ok());
+  EXPECT_EQ(robot->now_ns(), 7 * kPeriod_ns);
+}
+
+TEST(SimulatedWorld, AnswersTheVocabulary) {
+  sim::SimulatedWorld world(simulated_robot());
+  EXPECT_EQ(world.command("world num box"), "0");
+  EXPECT_EQ(world.command("world mk box 0.05 0.05 0.05 0 0.3 0.3 1 0 0"), "[ok]");
+  EXPECT_EQ(world.command("world num box"), "1");
+  EXPECT_EQ(world.command("world fly").substr(0, 6), "[fail]");
+}
+
+}  // namespace
+}  // namespace nido::test
