@@ -104,6 +104,9 @@ Result<Ports> open_ports(Node& node, bool babbles) {
     opened = open_in<msgs::ActionGoal>(node, "/reach/goal:i", Profile::kEvent, ports.goal);
   if (opened && !babbles)
     opened = open_in<msgs::Percepts>(node, "/reach/objects:i", Profile::kState, ports.objects);
+  if (opened && babbles) {
+    opened = open_out<msgs::StageEvent>(node, "/reach/outcome:o", Profile::kEvent, ports.outcome);
+  }
   if (!opened) return opened.error();
   return ports;
 }
