@@ -29,8 +29,8 @@ constexpr double kFurnitureDamping_Ns_m = 150;
 constexpr double kPadTwistArm_m = 0.004;
 constexpr double kStep_s = 0.001;
 
-// A grip: how fast a slip is undone, beyond which slip the contact slides, how far it may wander as a finger rolls, and how
-// near two contacts of a pair must be to be the same one.
+// A grip: how fast a slip is undone, beyond which slip the contact slides, how far it may wander as a finger
+// rolls, and how near two contacts of a pair must be to be the same one.
 constexpr double kGripRate_1_s = 100;
 constexpr double kMostSlip_m = 0.0005;
 constexpr double kGripRadius_m = 0.002;
@@ -332,9 +332,14 @@ void Contacts::force_on_link(std::size_t link, const Eigen::Vector3d& p_World_m,
 
 void Contacts::restore(const State& state) {
   touch_ = state.touch;
+  forget();
   grips_ = state.grips;
+}
+
+void Contacts::forget() {
   dJointGroupEmpty(joints_);
   touching_.clear();
+  grips_.clear();
 }
 
 std::string Contacts::name_of(const Owner& owner, int robot_geom, const Objects& objects) const {

@@ -44,9 +44,9 @@ class Contacts {
   void force_on_link(std::size_t link, const Eigen::Vector3d& p_World_m, Eigen::Vector3d& force_N,
                      Eigen::Vector3d& torque_Nm) const;
 
-  // Where a point of the hand stuck to a point of an object. The solver stops after a few iterations, so friction lets a
-  // held thing creep by about a millimetre a second; a stuck contact is therefore pulled back to where it stuck, with no
-  // more force than friction allows.
+  // Where a point of the hand stuck to a point of an object. The solver stops after a few iterations, so
+  // friction lets a held thing creep by about a millimetre a second; a stuck contact is therefore pulled back
+  // to where it stuck, with no more force than friction allows.
   struct Grip {
     int robot_geom = -1;
     std::size_t object = 0;
@@ -60,6 +60,8 @@ class Contacts {
   };
   [[nodiscard]] State save() const { return {touch_, grips_}; }
   void restore(const State& state);
+  // Drops all contacts and grips, as needed when objects come, go or are moved by hand.
+  void forget();
 
  private:
   enum class OwnerKind { kFloor, kLink, kObject };

@@ -53,6 +53,7 @@ class ObjectBody {
   void place(const Eigen::Isometry3d& X_WorldObject);
   void set_colour(const std::array<float, 3>& rgb);
   void set_surface(const Surface& surface) { description_.surface = surface; }
+  void set_name(const std::string& name) { description_.name = name; }
   void set_mass_kg(double mass_kg);
 
   // Objects at rest for a while sleep until something touches or moves them; counted in physics steps.

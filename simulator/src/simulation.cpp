@@ -54,6 +54,18 @@ void Simulation::Impl::build_objects() {
   ++object_set;
 }
 
+bool Simulation::Impl::is_inside(std::size_t object, std::size_t basket) const {
+  const ObjectBody& thing = *objects[object];
+  const ObjectBody& box = *objects[basket];
+  const Eigen::AlignedBox3d inner = bounds(box.description());
+  const Eigen::AlignedBox3d outer = bounds(thing.description());
+  // middle of the thing in the basket's frame
+  const Eigen::Vector3d p = box.X_WorldObject().inverse() * (thing.X_WorldObject() * outer.center());
+  const double height = outer.sizes().maxCoeff();
+  return p.x() > inner.min().x() && p.x() < inner.max().x() && p.y() > inner.min().y() &&
+         p.y() < inner.max().y() && p.z() > inner.min().z() && p.z() < inner.max().z() + height / 2;
+}
+
 void Simulation::Impl::wake_all() {
   for (auto& object : objects) object->wake();
 }
@@ -369,15 +381,8 @@ Result<bool> Simulation::is_inside(std::string_view object, std::string_view bas
       return Error{ErrorCode::kNotFound, "the world has no object \"" + std::string(name) + "\""};
     }
   }
-  const ObjectBody& thing = *impl_->objects[static_cast<std::size_t>(impl_->find_object(object))];
-  const ObjectBody& box = *impl_->objects[static_cast<std::size_t>(impl_->find_object(basket))];
-  const Eigen::AlignedBox3d inner = bounds(box.description());
-  const Eigen::AlignedBox3d outer = bounds(thing.description());
-  // middle of the thing in the basket's frame
-  const Eigen::Vector3d p = box.X_WorldObject().inverse() * (thing.X_WorldObject() * outer.center());
-  const double height = outer.sizes().maxCoeff();
-  return p.x() > inner.min().x() && p.x() < inner.max().x() && p.y() > inner.min().y() &&
-         p.y() < inner.max().y() && p.z() > inner.min().z() && p.z() < inner.max().z() + height / 2;
+  return impl_->is_inside(static_cast<std::size_t>(impl_->find_object(object)),
+                          static_cast<std::size_t>(impl_->find_object(basket)));
 }
 
 void Simulation::scene(SceneSnapshot& out) const {

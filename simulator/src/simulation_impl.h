@@ -41,18 +41,21 @@ struct Simulation::Impl {
   std::unique_ptr<Contacts> contacts;
   std::unique_ptr<LimbForces> limb_forces;
   std::vector<std::unique_ptr<ObjectBody>> objects;
-  std::int64_t period = 0;       // control periods since the start
-  std::uint64_t revision = 1;    // of what there is to draw
-  std::uint64_t object_set = 1;  // changes when objects are made or deleted
-  std::string failure;           // why the simulation stopped; empty: it runs
+  std::int64_t period = 0;         // control periods since the start
+  std::uint64_t revision = 1;      // of what there is to draw
+  std::uint64_t object_set = 1;    // changes when objects are made or deleted
+  std::string model_folder = ".";  // where the world vocabulary looks for models
+  std::string failure;             // why the simulation stopped; empty: it runs
   std::vector<std::string> link_names;
   std::array<RobotBody::Frame, 2> cameras;
-  std::array<Eigen::Vector3d, 2> head_velocity = {Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};  // of the inertial sensor, now and a period before
+  std::array<Eigen::Vector3d, 2> head_velocity = {
+      Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};  // of the inertial sensor, now and a period before
   RobotBody::Frame inertial;
 
   void build_objects();
   // Index or -1.
   [[nodiscard]] int find_object(std::string_view name) const;
+  [[nodiscard]] bool is_inside(std::size_t object, std::size_t basket) const;
   // Everything that sleeps looks again whether it still lies on something.
   void wake_all();
   [[nodiscard]] Status check_finite() const;

@@ -21,12 +21,32 @@ SimulatedCamera::SimulatedCamera(std::shared_ptr<SimulatedRobot> robot, std::opt
                                  const Camera& camera)
     : robot_(std::move(robot)), eye_(eye), camera_(camera) {}
 
-Status SimulatedCamera::grab(Image& image) {
-  const std::lock_guard lock(robot_->mutex());
+Status SimulatedCamera::open_shutter() {
+  const std::lock_guard lock(mutex_);
+  const std::lock_guard robot_lock(robot_->mutex());
   Camera camera = camera_;
   if (eye_) camera.X_WorldCamera = robot_->simulation().X_WorldCamera(*eye_);
-  if (Status drawn = robot_->render(camera, image); !drawn) return drawn;
-  image.stamp_ns = robot_->now_ns();
+  picture_ = robot_->begin_picture(camera, std::move(storage_));
+  storage_ = {};
+  return {};
+}
+
+Status SimulatedCamera::grab(Image& image) {
+  std::unique_lock lock(mutex_);
+  if (!picture_) {
+    lock.unlock();
+    if (Status opened = open_shutter(); !opened) return opened;
+    lock.lock();
+    // somebody else was quicker and took this picture: take another one
+    if (!picture_) {
+      lock.unlock();
+      return grab(image);
+    }
+  }
+  Result<Image> picture = picture_->get();
+  picture_.reset();
+  if (!picture) return picture.error();
+  storage_ = std::exchange(image, std::move(*picture));
   return {};
 }
 

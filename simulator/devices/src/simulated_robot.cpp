@@ -19,25 +19,26 @@ Result<std::shared_ptr<SimulatedRobot>> SimulatedRobot::create(const SimulationO
 }
 
 SimulatedRobot::SimulatedRobot(std::unique_ptr<Simulation> simulation, Renderer renderer)
-    : simulation_(std::move(simulation)), renderer_(std::move(renderer)) {}
+    : simulation_(std::move(simulation)), darkroom_(std::move(renderer)) {}
 
 Status SimulatedRobot::step_to(std::int64_t now_ns) {
   const std::lock_guard lock(mutex_);
   while (now_ns_.load() < now_ns) {
     if (Status stepped = simulation_->step(); !stepped) return stepped;
     now_ns_.fetch_add(kControlPeriod_ns);
-    scene_is_current_ = false;
+    scene_.reset();
   }
   return {};
 }
 
-Status SimulatedRobot::render(const Camera& camera, Image& picture) {
-  if (!scene_is_current_) {
-    simulation_->scene(scene_);
-    if (Status set = renderer_.setScene(scene_); !set) return set;
-    scene_is_current_ = true;
+std::future<Result<Image>> SimulatedRobot::begin_picture(const Camera& camera, Image storage) {
+  if (!scene_) {
+    auto scene = std::make_shared<SceneSnapshot>();
+    simulation_->scene(*scene);
+    scene_ = std::move(scene);
   }
-  return renderer_.render(camera, picture);
+  storage.stamp_ns = now_ns_.load();
+  return darkroom_.draw(scene_, camera, std::move(storage));
 }
 
 }  // namespace nido::sim

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <future>
 #include <memory>
+#include <mutex>
 #include <optional>
 
 #include "nido/interfaces/camera.h"
@@ -20,6 +22,7 @@ class SimulatedCamera final : public ICamera {
                                                                const Camera& camera);
 
   Status grab(Image& image) override;
+  Status open_shutter() override;
   [[nodiscard]] Result<CameraInfo> info() const override;
 
  private:
@@ -27,7 +30,10 @@ class SimulatedCamera final : public ICamera {
 
   std::shared_ptr<SimulatedRobot> robot_;
   std::optional<Eye> eye_;
-  Camera camera_;
+  const Camera camera_;
+  std::mutex mutex_;
+  std::optional<std::future<Result<Image>>> picture_;  // taken, not delivered yet
+  Image storage_;                                      // of the next picture
 };
 
 }  // namespace nido::sim

@@ -8,7 +8,7 @@
 
 #include "nido/interfaces/clock.h"
 #include "nido/interfaces/device.h"
-#include "nido/simulator/render/renderer.h"
+#include "nido/simulator/devices/darkroom.h"
 #include "nido/simulator/simulation.h"
 
 namespace nido::sim {
@@ -37,7 +37,7 @@ class FairMutex {
   std::uint64_t now_serving_ = 0;
 };
 
-// One simulation and one renderer, shared by the devices of a simulated robot, and the clock of that robot.
+// One simulation and one darkroom, shared by the devices of a simulated robot, and the clock of that robot.
 // Devices hold it by shared_ptr and lock it for every call, so that they may be used from any thread.
 class SimulatedRobot final : public ISteppable, public IClock {
  public:
@@ -54,19 +54,18 @@ class SimulatedRobot final : public ISteppable, public IClock {
   [[nodiscard]] FairMutex& mutex() const { return mutex_; }
   [[nodiscard]] Simulation& simulation() { return *simulation_; }
   [[nodiscard]] const Simulation& simulation() const { return *simulation_; }
-  // A picture of the scene as it is now.
-  Status render(const Camera& camera, Image& picture);
+  // Begins a picture of the scene as it is now, to be stamped with the present time.
+  std::future<Result<Image>> begin_picture(const Camera& camera, Image storage);
   // Tells that the scene changed other than by a step: the world port made or moved something.
-  void scene_changed() { scene_is_current_ = false; }
+  void scene_changed() { scene_.reset(); }
 
  private:
   SimulatedRobot(std::unique_ptr<Simulation> simulation, Renderer renderer);
 
   mutable FairMutex mutex_;
   std::unique_ptr<Simulation> simulation_;
-  Renderer renderer_;
-  SceneSnapshot scene_;
-  bool scene_is_current_ = false;  // the renderer has the scene of this moment
+  std::shared_ptr<const SceneSnapshot> scene_;  // of this moment, if somebody asked for a picture
+  Darkroom darkroom_;
   std::atomic<std::int64_t> now_ns_{0};
 };
 
