@@ -25,9 +25,9 @@ class FakeTruth final : public GroundTruth {
     place += velocity;
     return truth;
   }
-  Result<HoldTruth> hold(const std::string& name) override {
+  Result<bool> held(const std::string& name) override {
     if (auto status = ask(name); !status) return status.error();
-    return HoldTruth{hand, world};
+    return hand && !world;
   }
   Result<bool> inside(const std::string& name, const std::string&) override {
     if (auto status = ask(name); !status) return status.error();

@@ -118,9 +118,9 @@ void JudgeCore::watch_hold(double now_s, GroundTruth& truth) {
   if (!phrase_ || book_.phrases[*phrase_].verb != Verb::kGrasp || now_s < next_look_s_) return;
   next_look_s_ = now_s + kLookPeriod_s;
   const auto object = truth.object(object_name());
-  const auto hold = truth.hold(object_name());
-  const bool held = object && hold && hold->hand && !hold->world &&
-                    clear_height_m(*object, settings_.table_z_m) >= settings_.lift_m;
+  const auto holds = truth.held(object_name());
+  const bool held =
+      object && holds && *holds && clear_height_m(*object, settings_.table_z_m) >= settings_.lift_m;
   if (!held) {
     held_since_s_.reset();
     return;

@@ -9,11 +9,11 @@
 
 #include "nido/judge/judge_core.h"
 #include "nido/judge/stage_pictures.h"
+#include "nido/judge/world_truth.h"
 #include "nido/launcher/paths.h"
 #include "nido/middleware/node.h"
 #include "nido/middleware/typed_port.h"
 #include "nido/msgs/types.h"
-#include "world_truth.h"
 
 namespace nido {
 namespace {

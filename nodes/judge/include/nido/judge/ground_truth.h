@@ -13,16 +13,13 @@ struct ObjectTruth {
   Eigen::Isometry3d X_RootObject = Eigen::Isometry3d::Identity();  // centre
   Eigen::Vector3d size_m = Eigen::Vector3d::Zero();                // edges of its box in its own frame
 };
-struct HoldTruth {
-  bool hand = false;   // some part of a hand touches it
-  bool world = false;  // table, floor or another object touches it
-};
 
 class GroundTruth {
  public:
   virtual ~GroundTruth() = default;
   virtual Result<ObjectTruth> object(const std::string& name) = 0;
-  virtual Result<HoldTruth> hold(const std::string& name) = 0;
+  // A hand touches it, and nothing of the world does.
+  virtual Result<bool> held(const std::string& name) = 0;
   virtual Result<bool> inside(const std::string& object, const std::string& basket) = 0;
   // Palm frame of the acting hand (x towards the fingers, z out of the palm).
   virtual Result<Eigen::Isometry3d> X_RootPalm() = 0;

@@ -17,7 +17,7 @@ class WorldTruth final : public GroundTruth {
   WorldTruth(Ask ask, std::string hand) : ask_(std::move(ask)), hand_(std::move(hand)) {}
 
   Result<ObjectTruth> object(const std::string& name) override;
-  Result<HoldTruth> hold(const std::string& name) override;
+  Result<bool> held(const std::string& name) override;
   Result<bool> inside(const std::string& object, const std::string& basket) override;
   Result<Eigen::Isometry3d> X_RootPalm() override;
 
