@@ -387,47 +387,66 @@ std::string list(Impl& sim, Arguments& arguments) {
   return reply.empty() ? "[ok]" : reply;
 }
 
+// x y z qx qy qz qw
 std::string pose_text(const Eigen::Isometry3d& X) {
   const Eigen::Quaterniond q(X.linear());
-  return vector_text(X.translation()) + " " + number_text(q.w()) + " " + number_text(q.x()) + " " +
-         number_text(q.y()) + " " + number_text(q.z());
+  return vector_text(X.translation()) + " " + number_text(q.x()) + " " + number_text(q.y()) + " " +
+         number_text(q.z()) + " " + number_text(q.w());
 }
 
-// answers for the judge, in the root frame
-std::string truth(Impl& sim, Arguments& arguments) {
-  const std::string what = arguments.word("pose, size, inside, contacts, held or hand");
-  if (!arguments.ok()) return arguments.failure();
-  if (what == "hand") {
-    const std::string side = arguments.word("left or right");
-    arguments.end();
-    if (!arguments.ok()) return arguments.failure();
-    if (side != "left" && side != "right") return fail_reply("hand not recognized", "left or right");
-    return pose_text(sim.pose(sim.robot->find_frame(sim.block.hands[side == "left" ? 0 : 1].frame)));
-  }
+// -- answers for the judge, in the root frame
+// -----------------------------------------------------------------------
+
+std::string where(Impl& sim, Arguments& arguments) {
   const std::size_t index = read_object(sim, arguments);
-  if (what == "inside") {
-    const std::size_t basket = read_object(sim, arguments);
-    arguments.end();
-    if (!arguments.ok()) return arguments.failure();
-    return sim.is_inside(index, basket) ? "1" : "0";
-  }
   arguments.end();
   if (!arguments.ok()) return arguments.failure();
   const ObjectBody& object = *sim.objects[index];
-  if (what == "pose") return pose_text(object.X_WorldObject());
-  if (what == "size") return vector_text(bounds(object.description()).sizes());
-  if (what == "held") return sim.contacts->hold(index, sim.objects).held() ? "1" : "0";
-  if (what == "contacts") {
-    std::string reply;
-    for (const ContactPair& pair : sim.contacts->pairs(sim.objects)) {
-      const bool a = pair.a == object.description().name && !pair.a_is_robot;
-      if (!a && pair.b != object.description().name) continue;
-      reply += std::string(reply.empty() ? "" : " ") + "(" + name_text(a ? pair.b : pair.a) + " " +
-               number_text(pair.force_N) + ")";
-    }
-    return reply.empty() ? "[ok]" : reply;
+  const Eigen::AlignedBox3d box = bounds(object.description());
+  return pose_text(object.X_WorldObject() * Eigen::Translation3d(box.center())) + " " +
+         vector_text(box.sizes());
+}
+
+std::string touching(Impl& sim, Arguments& arguments) {
+  const std::size_t index = read_object(sim, arguments);
+  arguments.end();
+  if (!arguments.ok()) return arguments.failure();
+  const HoldQuery hold = sim.contacts->hold(index, sim.objects);
+  const auto any = [](const auto& pads) {
+    return std::any_of(pads.begin(), pads.end(), [](bool on) { return on; });
+  };
+  return std::string(any(hold.left) || any(hold.right) ? "1" : "0") + (hold.world ? " 1" : " 0");
+}
+
+std::string inside(Impl& sim, Arguments& arguments) {
+  const std::size_t index = read_object(sim, arguments);
+  const std::size_t basket = read_object(sim, arguments);
+  arguments.end();
+  if (!arguments.ok()) return arguments.failure();
+  return sim.is_inside(index, basket) ? "1" : "0";
+}
+
+std::string palm(Impl& sim, Arguments& arguments) {
+  const std::string side = arguments.word("left or right");
+  arguments.end();
+  if (!arguments.ok()) return arguments.failure();
+  if (side != "left" && side != "right") return fail_reply("hand not recognized", "left or right");
+  return pose_text(sim.pose(sim.robot->find_frame(sim.block.hands[side == "left" ? 0 : 1].frame)));
+}
+
+std::string contacts(Impl& sim, Arguments& arguments) {
+  const std::size_t index = read_object(sim, arguments);
+  arguments.end();
+  if (!arguments.ok()) return arguments.failure();
+  const std::string& name = sim.objects[index]->description().name;
+  std::string reply;
+  for (const ContactPair& pair : sim.contacts->pairs(sim.objects)) {
+    const bool is_a = pair.a == name && !pair.a_is_robot;
+    if (!is_a && pair.b != name) continue;
+    reply += std::string(reply.empty() ? "" : " ") + "(" + name_text(is_a ? pair.b : pair.a) + " " +
+             number_text(pair.force_N) + ")";
   }
-  return fail_reply("unrecognized command", "world truth pose, size, inside, contacts, held or hand");
+  return reply.empty() ? "[ok]" : reply;
 }
 
 struct Verb {
@@ -436,7 +455,7 @@ struct Verb {
   const char* usage;
 };
 
-constexpr std::array<Verb, 14> kVerbs = {{
+constexpr std::array<Verb, 18> kVerbs = {{
     {"mk", make,
      "mk [s]box SX SY SZ X Y Z R G B | [s]sph RADIUS X Y Z R G B | [s]cyl RADIUS LENGTH X Y Z R G B | "
      "[s]model FILE TEXTURE X Y Z, then [0|1]: touches the robot"},
@@ -451,8 +470,12 @@ constexpr std::array<Verb, 14> kVerbs = {{
     {"mass", mass, "mass OBJECT [KG]"},
     {"friction", friction, "friction OBJECT [MU]"},
     {"list", list, "list: (NAME KIND N X Y Z) of all objects"},
-    {"truth", truth,
-     "truth pose|size|contacts|held OBJECT | inside OBJECT BASKET | hand left|right: root frame, for judges"},
+    {"where", where, "where OBJECT: x y z qx qy qz qw sx sy sz, centre and edges of its box, root frame"},
+    {"touching", touching,
+     "touching OBJECT: 1 if a hand touches it, 1 if table, floor or another object does"},
+    {"contacts", contacts, "contacts OBJECT: (NAME FORCE) of everything that touches it, N"},
+    {"inside", inside, "inside OBJECT BASKET: 1 or 0"},
+    {"palm", palm, "palm left|right: x y z qx qy qz qw of the palm frame, root frame"},
     {"help", nullptr, "help: this"},
 }};
 
@@ -483,9 +506,9 @@ std::string run_world_command(Simulation::Impl& simulation, const std::string& l
       return fail_reply("cannot create object of requested type", e.what());
     }
   }
-  return fail_reply(
-      "unrecognized command",
-      "world knows mk, get, set, rot, col, num, del, grab, name, mass, friction, list, truth, help");
+  std::string known_verbs;
+  for (const Verb& v : kVerbs) known_verbs += (known_verbs.empty() ? "" : ", ") + std::string(v.name);
+  return fail_reply("unrecognized command", "world knows " + known_verbs);
 }
 
 }  // namespace nido::sim
