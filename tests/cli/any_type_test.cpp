@@ -7,14 +7,12 @@
 namespace nido {
 namespace {
 
+#define NIDO_COUNT(package, folder, type) +1
+constexpr std::size_t kTypeCount = 0 NIDO_MSGS(NIDO_COUNT);
+#undef NIDO_COUNT
+
 TEST(AnyType, KnowsEveryMessageByBothNames) {
-  EXPECT_EQ(any_types().size(), []() {
-    std::size_t count = 0;
-#define COUNT(package, folder, type) ++count;
-    NIDO_MSGS(COUNT)
-#undef COUNT
-    return count;
-  }());
+  EXPECT_EQ(any_types().size(), kTypeCount);
   ASSERT_NE(find_any_type("sensor_msgs/msg/Image"), nullptr);
   EXPECT_EQ(find_any_type("sensor_msgs/msg/Image"), find_any_type("sensor_msgs::msg::dds_::Image_"));
   EXPECT_EQ(find_any_type("sensor_msgs/msg/Imagination"), nullptr);

@@ -67,8 +67,12 @@ Status body(Node& node) {
       std::_Exit(4);
     }
     if (*behaviour == "stubborn" && tick == 1) node.log_info("stubborn");
-    if (*behaviour == "judge" && tick == 10)
+    if (*behaviour == "judge" && tick == 10) {
+      // what is written before a reader is there is lost
+      if (!story->wait_for_readers(1, 20) || !verdict->wait_for_readers(1, 20))
+        return Error{ErrorCode::kTimeout, "nobody listens"};
       return story->write(event(now, "seen", "done", "the blue cube is there"));
+    }
     if (*behaviour == "judge" && tick == *at) {
       if (!out->empty()) {
         std::ofstream(*out + "/report.json")

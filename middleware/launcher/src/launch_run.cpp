@@ -268,7 +268,11 @@ void LaunchRun::on_event(const SupervisorEvent& event) {
   using Kind = SupervisorEvent::Kind;
   switch (event.kind) {
     case Kind::kOutput:
-      if (request_.verbose) print(paint_.dim(fmt::format("{:>14} | ", event.name)) + event.text);
+      if (request_.verbose) {
+        print(paint_.dim(fmt::format("{:>14} | ", event.name)) + event.text);
+      } else if (event.text.find("] error: ") != std::string::npos) {
+        print(paint_.red(event.text));
+      }
       return;
     case Kind::kRestarting:
       print(paint_.yellow(event.text));
@@ -399,9 +403,14 @@ std::optional<RunEnd> LaunchRun::outcome_in_report() const {
 
 void LaunchRun::look_at_limits() {
   if (end_) return;
+  // a report without its announcement: the message was lost, or the judge died after writing
+  std::error_code ignored;
+  if (outcome_ && !report_deadline_ && fs::exists(folder_.path / "report.json", ignored) &&
+      outcome_in_report()) {
+    report_deadline_ = SteadyClock::now() + std::chrono::seconds(3);
+  }
   if (report_deadline_ && SteadyClock::now() > *report_deadline_) {
-    const auto written = outcome_in_report();
-    end(written->exit_code, written->sentence);
+    if (const auto written = outcome_in_report()) end(written->exit_code, written->sentence);
   } else if (app_.for_s > 0 && sim_s() >= app_.for_s) {
     if (outcome_) {
       end(1, fmt::format("no outcome within {} s of simulated time (--for)", app_.for_s));
@@ -421,6 +430,8 @@ void LaunchRun::shut_down() {
       if (event.kind == SupervisorEvent::Kind::kOutput) on_event(event);
     }
     take_signals();
+    // what was said last may arrive after the outcome
+    tell_story();
   }
   for (const auto& name : supervisor_->killed()) {
     print(paint_.yellow(fmt::format("process '{}' did not end when asked and was killed", name)));
