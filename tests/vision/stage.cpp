@@ -26,15 +26,6 @@ sim::SimulationOptions options(const std::string& world_yaml, std::uint64_t seed
 
 }  // namespace
 
-template <class T>
-T need(Result<T> result) {
-  if (!result) give_up(result.error().message);
-  return std::move(result).value();
-}
-template RobotModel need(Result<RobotModel>);
-template vision::TemplateSet need(Result<vision::TemplateSet>);
-template std::unique_ptr<vision::VisionCore> need(Result<std::unique_ptr<vision::VisionCore>>);
-
 Stage::Stage(const std::string& world_yaml, std::uint64_t seed)
     : simulation_(need(sim::Simulation::create(options(world_yaml, seed)))),
       model_(need(RobotModel::load(std::string(NIDO_CONFIG_DIR) + "/robots/icub.urdf"))),

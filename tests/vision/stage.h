@@ -1,6 +1,8 @@
 #pragma once
 
 #include <array>
+#include <cstdlib>
+#include <iostream>
 #include <memory>
 #include <string>
 #include <vector>
@@ -49,8 +51,14 @@ class Stage {
 // The text of a world with a table and the given objects: "{object: cube, ...}" lines.
 std::string table_world(const std::vector<std::string>& objects);
 
-// Fails the program when a result is none.
+// The value of a result; ends the program with the sentence when there is none.
 template <class T>
-T need(Result<T> result);
+T need(Result<T> result) {
+  if (!result) {
+    std::cerr << result.error().message << '\n';
+    std::exit(3);
+  }
+  return std::move(result).value();
+}
 
 }  // namespace nido::test
