@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Writes icub.urdf, the one description of the body that every part of the project reads.
 
-    python3 config/robots/generate_urdf.py            # writes icub.urdf beside this file
-    python3 config/robots/generate_urdf.py --check    # fails if icub.urdf is not what would be written
+    python3 config/robots/generate_urdf.py            # writes icub.urdf and meshes/ beside this file
+    python3 config/robots/generate_urdf.py --check    # fails if they are not what would be written
 
 Joint geometry, names and limits come from icub_geometry.json (Denavit-Hartenberg chains). Shapes, masses, torques and
 reference speeds are round figures of this file. docs/body.md explains the <nido> block at the end of the URDF.
@@ -14,6 +14,9 @@ import pathlib
 import sys
 from xml.sax.saxutils import quoteattr
 
+sys.dont_write_bytecode = True
+import icub_looks  # noqa: E402
+
 HERE = pathlib.Path(__file__).resolve().parent
 TOTAL_MASS_KG = 20.3
 FINGER_LINK_MASS_KG = 0.008
@@ -23,6 +26,7 @@ WHITE, GREY, DARK = "white", "grey", "dark"
 COLOURS = {
     WHITE: (0.90, 0.90, 0.92, 1), GREY: (0.42, 0.43, 0.45, 1), DARK: (0.10, 0.10, 0.11, 1), "hand": (0.50, 0.50, 0.52, 1),
     "eye": (0.97, 0.97, 0.97, 1), "lips": (0.75, 0.10, 0.10, 1), "magenta": (1.0, 0.0, 1.0, 1), "cyan": (0.0, 1.0, 1.0, 1),
+    **icub_looks.COLOURS,
 }
 IDENTITY = [[float(i == j) for j in range(4)] for i in range(4)]
 
@@ -95,7 +99,8 @@ def along(p, q):
 
 # ---------------------------------------------------------------------------------------------- shapes
 class Shape:
-    """A primitive in its link's frame. kind: box (x, y, z), sphere (r), cylinder or capsule (r, length along z)."""
+    """A solid in its link's frame. kind: box (x, y, z), sphere (r), cylinder or capsule (r, length along z); or a mesh
+    (scale; its name is the file), which is only to be seen."""
 
     def __init__(self, kind, size, pose, colour, visual=True, collision=True, name=""):
         self.kind, self.size, self.pose, self.colour = kind, size, pose, colour
@@ -103,6 +108,8 @@ class Shape:
 
     def volume(self):
         s = self.size
+        if self.kind == "mesh":
+            return 0.0
         if self.kind == "box":
             return s[0] * s[1] * s[2]
         ball = 4 / 3 * math.pi * s[0] ** 3
@@ -113,6 +120,8 @@ class Shape:
     def inertia(self, m):
         """Principal moments about the shape's own axes; a capsule counts as a cylinder of its whole length."""
         s = self.size
+        if self.kind == "mesh":
+            return [0.0] * 3
         if self.kind == "box":
             return [m / 12 * (s[1] ** 2 + s[2] ** 2), m / 12 * (s[0] ** 2 + s[2] ** 2), m / 12 * (s[0] ** 2 + s[1] ** 2)]
         if self.kind == "sphere":
@@ -133,6 +142,12 @@ def box(x, y, z, centre, colour, **more):
 
 def sphere(r, centre, colour, **more):
     return Shape("sphere", (r,), translation(*centre), colour, **more)
+
+
+def mesh(path, scale, colour, name):
+    shape = Shape("mesh", scale, IDENTITY, colour, collision=False, name=name)
+    shape.path = path
+    return shape
 
 
 # ---------------------------------------------------------------------------------------------- the robot
@@ -238,6 +253,7 @@ def build(geometry):
 
     add_marks(robot)
     dress_body(robot)
+    robot.mesh_files = icub_looks.dress(robot, mesh)
     scale_masses(robot)
     return robot
 
@@ -417,6 +433,8 @@ def inertial(link):
 
 
 def geometry_tag(shape):
+    if shape.kind == "mesh":
+        return f'<mesh filename="{shape.path}" scale="{" ".join(num(v) for v in shape.size)}"/>'
     if shape.kind == "box":
         return f'<box size="{" ".join(num(v) for v in shape.size)}"/>'
     if shape.kind == "sphere":
@@ -498,19 +516,23 @@ def urdf(robot):
 def main(arguments):
     robot = build(json.loads((HERE / "icub_geometry.json").read_text()))
     set_limits(robot)
-    text = urdf(robot)
-    target = HERE / "icub.urdf"
+    files = {HERE / "icub.urdf": urdf(robot), **{HERE / name: text for name, text in robot.mesh_files.items()}}
+    stray = set((HERE / icub_looks.MESH_FOLDER).glob("*.obj")) - set(files)
     if arguments == ["--check"]:
-        if target.read_text() != text:
-            print(f"{target} is not what generate_urdf.py writes: run it and commit the result")
-            return 1
-        return 0
+        wrong = [p for p, text in files.items() if not p.is_file() or p.read_text() != text] + sorted(stray)
+        for path in wrong:
+            print(f"{path} is not what generate_urdf.py writes: run it and commit the result")
+        return 1 if wrong else 0
     if arguments:
         print(__doc__)
         return 2
-    target.write_text(text)
+    (HERE / icub_looks.MESH_FOLDER).mkdir(exist_ok=True)
+    for path, text in files.items():
+        path.write_text(text)
+    for path in stray:
+        path.unlink()
     hinges = sum(j.kind == "revolute" for j in robot.joints.values())
-    print(f"{target}: {len(robot.links)} links, {hinges} revolute joints, {sum(l.mass for l in robot.links.values()):.3f} kg")
+    print(f"{HERE / 'icub.urdf'}: {len(robot.links)} links, {hinges} revolute joints, {sum(l.mass for l in robot.links.values()):.3f} kg")
     return 0
 
 
