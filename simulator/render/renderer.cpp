@@ -19,7 +19,10 @@ namespace {
 // What the shadow map covers: a ball around robot and table.
 const Eigen::Vector3d kShadowCentre_World_m(-0.15, 0.0, -0.08);
 constexpr double kShadowRadius_m = 0.95;
-constexpr std::size_t kMaxTargets = 4;  // sizes of pictures whose buffers are kept
+// nearer to the lamp than the ball there may still be an arm that throws its shadow into it
+constexpr double kShadowDepth_m = 1.4;
+constexpr double kShadowBias_m = 0.0015;  // where two solids share a face, none shades the other
+constexpr std::size_t kMaxTargets = 4;    // sizes of pictures whose buffers are kept
 
 // The light of a normal room, linear; Lighting scales it.
 const Eigen::Vector3f kKeyColour(0.74F, 0.72F, 0.68F);
@@ -51,10 +54,8 @@ Eigen::Matrix4d clipFromWorldOfLamp(const Eigen::Vector3d& towards_lamp) {
   Eigen::Isometry3d X_WorldLamp = Eigen::Isometry3d::Identity();
   X_WorldLamp.linear() << x, z.cross(x), z;
   X_WorldLamp.translation() = kShadowCentre_World_m;
-  // nearer to the lamp than the ball there may still be an arm that throws its shadow into it
-  constexpr double kDepth_m = 1.4;
   Eigen::Matrix4d scale = Eigen::Matrix4d::Identity();
-  scale.diagonal() << 1 / kShadowRadius_m, 1 / kShadowRadius_m, 1 / kDepth_m, 1;
+  scale.diagonal() << 1 / kShadowRadius_m, 1 / kShadowRadius_m, 1 / kShadowDepth_m, 1;
   return scale * inverse(X_WorldLamp);
 }
 
@@ -270,6 +271,7 @@ void Renderer::Impl::setLightOf(const Program& program, const Camera& camera,
   Eigen::Matrix4d to_texture = Eigen::Matrix4d::Identity();
   to_texture.diagonal() << 0.5, 0.5, 0.5, 1;
   to_texture.topRightCorner<3, 1>().setConstant(0.5);
+  to_texture(2, 3) -= kShadowBias_m / (2 * kShadowDepth_m);
   const auto scaled = [&](double factor, const Eigen::Vector3f& colour) {
     return Eigen::Vector3f(static_cast<float>(factor * lighting_.brightness) * colour);
   };

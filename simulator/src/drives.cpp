@@ -408,6 +408,20 @@ void Drives::drive(double fraction, const RobotBody& robot) {
   }
 }
 
+bool Drives::still(std::size_t link, const RobotBody& robot) const {
+  constexpr double kStill_rad = 2e-5;
+  constexpr double kStill_rad_s = 1e-4;
+  const Hinge& hinge = hinges_[link];
+  double reference = hinge.offset_rad;
+  for (const auto& [a, multiplier] : hinge.axes) {
+    const AxisState& state = axes_[a];
+    if (!is_servo(state.measured.mode) || state.reference_rad != state.previous_reference_rad) return false;
+    reference += multiplier * state.reference_rad;
+  }
+  return std::abs(reference - robot.angle_rad(link)) < kStill_rad &&
+         std::abs(robot.velocity_rad_s(link)) < kStill_rad_s;
+}
+
 void Drives::accumulate(const RobotBody& robot) {
   for (std::size_t i = 1; i < hinges_.size(); ++i) {
     const Hinge& hinge = hinges_[i];

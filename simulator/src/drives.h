@@ -55,6 +55,9 @@ class Drives {
   // After the last physics step of a period.
   void measure(const RobotBody& robot);
 
+  // True when the hinge's servo has nothing to do: no reference moves and the hinge stands where it should.
+  [[nodiscard]] bool still(std::size_t link, const RobotBody& robot) const;
+
   // Everything that changes, to save and restore.
   struct State {
     std::vector<AxisState> axes;

@@ -70,6 +70,23 @@ void Simulation::Impl::wake_all() {
   for (auto& object : objects) object->wake();
 }
 
+void Simulation::Impl::rest_still_limbs() {
+  for (const std::vector<std::size_t>& limb : limbs) {
+    const bool still = std::all_of(limb.begin(), limb.end(),
+                                   [this](std::size_t link) { return drives->still(link, *robot); });
+    for (const std::size_t link : limb) {
+      dBodyID body = robot->bodies()[link];
+      if (!still) {
+        dBodyEnable(body);
+      } else if (dBodyIsEnabled(body) != 0) {
+        dBodySetLinearVel(body, 0, 0, 0);
+        dBodySetAngularVel(body, 0, 0, 0);
+        dBodyDisable(body);
+      }
+    }
+  }
+}
+
 Status Simulation::Impl::check_finite() const {
   const auto sane = [](dBodyID body) {
     const dReal* p = dBodyGetPosition(body);
@@ -153,7 +170,19 @@ Result<std::unique_ptr<Simulation>> Simulation::create(const SimulationOptions& 
       return Error{drives.error().code, options.urdf_path.string() + ": " + drives.error().message};
     impl->drives = std::make_unique<Drives>(std::move(*drives));
     impl->contacts = std::make_unique<Contacts>(id, *impl->robot, impl->block);
-    for (const LinkDescription& link : impl->robot->description().links) {
+    const auto& links = impl->robot->description().links;
+    for (std::size_t i = 1; i < links.size(); ++i) {
+      // a limb is everything that hangs on one child of the root
+      if (links[i].parent == 0) {
+        impl->limbs.push_back({i});
+        continue;
+      }
+      for (std::vector<std::size_t>& limb : impl->limbs) {
+        if (std::find(limb.begin(), limb.end(), static_cast<std::size_t>(links[i].parent)) != limb.end())
+          limb.push_back(i);
+      }
+    }
+    for (const LinkDescription& link : links) {
       for (const NamedFrame& frame : link.frames) impl->link_names.push_back(frame.name);
     }
     for (std::size_t eye = 0; eye < 2; ++eye) {
@@ -194,6 +223,7 @@ Status Simulation::step(double duration_s) {
   try {
     for (std::int64_t p = 0; p < periods; ++p) {
       s.drives->begin_period(time_s(), kControlPeriod_s, *s.robot);
+      s.rest_still_limbs();
       s.contacts->begin_period();
       for (int i = 0; i < steps; ++i) {
         // the order of the solver's rows follows from seed and time alone, so that a restored state has the

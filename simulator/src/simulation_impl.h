@@ -56,6 +56,10 @@ struct Simulation::Impl {
   // Index or -1.
   [[nodiscard]] int find_object(std::string_view name) const;
   [[nodiscard]] bool is_inside(std::size_t object, std::size_t basket) const;
+  // Limbs on the fixed root (legs; torso with arms and head) whose joints all stand still are not simulated
+  // until something moves or touches them.
+  std::vector<std::vector<std::size_t>> limbs;
+  void rest_still_limbs();
   // Everything that sleeps looks again whether it still lies on something.
   void wake_all();
   [[nodiscard]] Status check_finite() const;

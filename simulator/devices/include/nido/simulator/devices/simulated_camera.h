@@ -11,8 +11,8 @@
 namespace nido::sim {
 
 // A camera of the simulated robot, in an eye or fixed in the world. An ideal pinhole. Draws when it is asked
-// for a picture, at most once for each moment. Thread-safe.
-class SimulatedCamera final : public ICamera {
+// for a picture, or from the opening of its shutter on, beside the simulation. Thread-safe.
+class SimulatedCamera final : public ICamera, public IShutter {
  public:
   // The camera of an eye; only its optics are taken from `optics`, the pose follows the eye.
   static Result<std::unique_ptr<SimulatedCamera>> create(std::shared_ptr<SimulatedRobot> robot, Eye eye,
