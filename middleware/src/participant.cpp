@@ -1,5 +1,7 @@
 #include "participant.h"
 
+#include <fastrtps/attributes/LibrarySettingsAttributes.h>
+#include <fastrtps/xmlparser/XMLProfileManager.h>
 #include <sys/statvfs.h>
 
 #include <algorithm>
@@ -145,6 +147,12 @@ Result<std::shared_ptr<Participant>> Participant::join(int domain, const std::st
     dds::Log::ClearConsumers();
   }
   dds::Log::SetVerbosity(dds::Log::Kind::Error);
+
+  // Between nodes of one process messages take the same way as between processes. The library's short cut
+  // loses a message when only one of two ends knows the other yet, and does not send it again.
+  eprosima::fastrtps::LibrarySettingsAttributes settings;
+  settings.intraprocess_delivery = eprosima::fastrtps::INTRAPROCESS_OFF;
+  eprosima::fastrtps::xmlparser::XMLProfileManager::library_settings(settings);
 
   sweep_shared_memory();
   const SharedMemoryGuard guard;
