@@ -27,14 +27,13 @@ msgs::CameraInfo to_message(const CameraInfo& info) {
 
 class CameraServer final : public IServer {
  public:
-  CameraServer(Node& node, std::string stem, ICamera& camera, std::int64_t period_ns, std::string frame_id,
-               bool on_demand)
+  CameraServer(Node& node, std::string stem, ICamera& camera, CameraServing serving)
       : node_(node),
         stem_(std::move(stem)),
         camera_(camera),
-        due_(period_ns),
-        frame_id_(std::move(frame_id)),
-        on_demand_(on_demand) {}
+        shutter_(serving.latency_ns > 0 ? dynamic_cast<IShutter*>(&camera) : nullptr),
+        serving_(std::move(serving)),
+        due_(serving_.period_ns) {}
 
   Status open() {
     auto image = node_.open_output<msgs::Image>(stem_ + "/image:o", Profile::kSensor);
@@ -47,16 +46,31 @@ class CameraServer final : public IServer {
   }
 
   Status publish(std::int64_t now_ns) override {
+    if (is_taken_ && now_ns - taken_ns_ >= serving_.latency_ns) {
+      is_taken_ = false;
+      if (Status delivered = deliver(); !delivered) return delivered;
+    }
     if (!due_.at(now_ns)) return {};
-    if (on_demand_ && image_->reader_count() == 0 && info_->reader_count() == 0) return {};
+    if (serving_.on_demand && image_->reader_count() == 0 && info_->reader_count() == 0) return {};
+    if (shutter_ == nullptr || !has_delivered_) return deliver();
+    if (is_taken_) return {};  // the latency is longer than the period: this picture is left out
+    if (Status opened = shutter_->open_shutter(); !opened) return failed(opened);
+    is_taken_ = true;
+    taken_ns_ = now_ns;
+    return {};
+  }
+
+ private:
+  Status deliver() {
     const Result<CameraInfo> info = camera_.info();
-    if (!info) return Error{info.error().code, stem_ + ": " + info.error().message};
+    if (!info) return failed(info);
     // the picture is taken into the message's own storage
     taken_.rgb = std::move(message_.data());
     const Status grabbed = camera_.grab(taken_);
     message_.data(std::move(taken_.rgb));
-    if (!grabbed) return Error{grabbed.error().code, stem_ + ": " + grabbed.error().message};
-    message_.header(header(taken_.stamp_ns, frame_id_));
+    if (!grabbed) return failed(grabbed);
+    has_delivered_ = true;
+    message_.header(header(taken_.stamp_ns, serving_.frame_id));
     message_.width(static_cast<std::uint32_t>(taken_.width));
     message_.height(static_cast<std::uint32_t>(taken_.height));
     message_.encoding("rgb8");
@@ -68,13 +82,20 @@ class CameraServer final : public IServer {
     return info_->write(info_message);
   }
 
- private:
+  template <class Outcome>
+  [[nodiscard]] Error failed(const Outcome& outcome) const {
+    return Error{outcome.error().code, stem_ + ": " + outcome.error().message};
+  }
+
   Node& node_;
   const std::string stem_;
   ICamera& camera_;
+  IShutter* const shutter_;  // null: pictures are published when they are taken
+  const CameraServing serving_;
   Due due_;
-  const std::string frame_id_;
-  const bool on_demand_;
+  bool is_taken_ = false;  // a picture waits for its publication
+  std::int64_t taken_ns_ = 0;
+  bool has_delivered_ = false;
   Image taken_;
   msgs::Image message_;
   std::unique_ptr<Output<msgs::Image>> image_;
@@ -150,9 +171,8 @@ class CameraClient final : public ICamera {
 }  // namespace
 
 Result<std::unique_ptr<IServer>> serve_camera(Node& node, const std::string& stem, ICamera& camera,
-                                              std::int64_t period_ns, const std::string& frame_id,
-                                              bool on_demand) {
-  auto server = std::make_unique<CameraServer>(node, stem, camera, period_ns, frame_id, on_demand);
+                                              const CameraServing& serving) {
+  auto server = std::make_unique<CameraServer>(node, stem, camera, serving);
   if (Status opened = server->open(); !opened) return opened.error();
   return std::unique_ptr<IServer>(std::move(server));
 }

@@ -76,7 +76,9 @@ Status Robot::add_server(Node& node, const ServerEntry& entry) {
                    return serve_control_board(node, port, *found->limited, period_ns);
                  },
                  [&](std::unique_ptr<ICamera>& camera) -> Opened {
-                   return serve_camera(node, port, *camera, period_ns, entry.frame, entry.on_demand);
+                   return serve_camera(node, port, *camera,
+                                       {period_ns, static_cast<std::int64_t>(entry.latency_s * 1e9),
+                                        entry.frame, entry.on_demand});
                  },
                  [&](std::unique_ptr<ITouch>& touch) -> Opened {
                    return serve_touch(node, port, *touch, period_ns, entry.frame);

@@ -43,6 +43,12 @@ const Schema& server_schema() {
         .min = 0.1,
         .max = 1000},
        {.key = "frame", .fallback = "''", .meaning = "frame_id of the messages"},
+       {.key = "latency_s",
+        .kind = ValueKind::kNumber,
+        .fallback = "0",
+        .meaning = "from taking a picture to its publication, below the period (cameras)",
+        .min = 0,
+        .max = 1},
        {.key = "on_demand",
         .kind = ValueKind::kFlag,
         .fallback = "false",
@@ -110,8 +116,8 @@ Result<RobotFile> load_robot_file(const std::filesystem::path& path) {
   for (std::size_t i = 0; i < (*checked)["servers"].size(); ++i) {
     const YAML::Node entry = (*checked)["servers"][i];
     ServerEntry server{entry["device"].as<std::string>(), entry["port"].as<std::string>(),
-                       entry["rate_hz"].as<double>(), entry["frame"].as<std::string>(),
-                       entry["on_demand"].as<bool>()};
+                       entry["rate_hz"].as<double>(),     entry["frame"].as<std::string>(),
+                       entry["latency_s"].as<double>(),   entry["on_demand"].as<bool>()};
     if (names.count(server.device) == 0) {
       std::string known;
       for (const std::string& name : names) known += (known.empty() ? "" : ", ") + name;

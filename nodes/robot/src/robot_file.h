@@ -23,6 +23,7 @@ struct ServerEntry {
   std::string port;  // stem of its ports: "left_arm" becomes "/icubSim/left_arm"; with a leading '/' it stays
   double rate_hz = 100;    // of what it publishes
   std::string frame;       // frame_id of its messages
+  double latency_s = 0;    // cameras: from taking a picture to its publication
   bool on_demand = false;  // only while somebody is connected: for what costs much and is looked at seldom
 };
 

@@ -39,4 +39,14 @@ class ICamera {
   [[nodiscard]] virtual Result<CameraInfo> info() const = 0;
 };
 
+// A camera that can be told when to take its picture, and makes it while others work: an option of ICamera.
+// Thread-safe.
+class IShutter {
+ public:
+  virtual ~IShutter() = default;
+  // Takes what is seen now. The next grab() gives this picture and waits until it is made. Does not wait
+  // itself.
+  virtual Status open_shutter() = 0;
+};
+
 }  // namespace nido

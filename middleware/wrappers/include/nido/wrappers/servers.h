@@ -23,11 +23,21 @@ namespace nido {
 Result<std::unique_ptr<IServer>> serve_control_board(Node& node, const std::string& stem,
                                                      IControlBoard& board, std::int64_t period_ns);
 
+// How a camera is served.
+struct CameraServing {
+  std::int64_t period_ns = 33'333'333;
+  // Time between a picture's taking and its publication, as real cameras have it, for cameras with a shutter;
+  // others publish what they see at once. Shorter than the period. The stamp is that of the taking. The first
+  // picture is published at once.
+  std::int64_t latency_ns = 0;
+  std::string frame_id;
+  bool on_demand = false;  // only while somebody is connected
+};
+
 // STEM/image:o Image rgb8 (profile sensor), STEM/camera_info:o CameraInfo (profile state), both at the same
 // times.
 Result<std::unique_ptr<IServer>> serve_camera(Node& node, const std::string& stem, ICamera& camera,
-                                              std::int64_t period_ns, const std::string& frame_id,
-                                              bool on_demand = false);
+                                              const CameraServing& serving);
 
 // STEM:o Touch (profile state).
 Result<std::unique_ptr<IServer>> serve_touch(Node& node, const std::string& stem, ITouch& touch,
