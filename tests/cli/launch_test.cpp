@@ -84,7 +84,7 @@ TEST_F(Launch, AProcessThatFailsBeforeItIsReadyIsReportedWithItsSentence) {
       launch(app({robot_, "name: eye, depends_on: [robot], parameters: {behaviour: fail}"}))->wait();
   EXPECT_EQ(ended.code, 3) << ended.out << ended.err;
   EXPECT_NE(ended.out.find("there is no lens in front of the eye"), std::string::npos) << ended.out;
-  EXPECT_NE(ended.out.find("before it was ready"), std::string::npos) << ended.out;
+  EXPECT_NE(ended.out.find("process 'eye' failed: there is no lens in front of the eye (before it was ready)"), std::string::npos) << ended.out;
   EXPECT_TRUE(nothing_lives());
 }
 

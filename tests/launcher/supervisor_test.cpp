@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <csignal>
 #include <functional>
 
@@ -32,10 +33,12 @@ class Supervision : public testing::Test {
   SupervisorEvent wait_for(const std::function<bool(const SupervisorEvent&)>& fits) {
     const auto until = steady_clock::now() + seconds(20);
     while (steady_clock::now() < until) {
-      while (!seen_.empty()) {
-        SupervisorEvent event = seen_.front();
-        seen_.erase(seen_.begin());
-        if (fits(event)) return event;
+      // what does not fit stays for a later question
+      const auto found = std::find_if(seen_.begin(), seen_.end(), fits);
+      if (found != seen_.end()) {
+        SupervisorEvent event = *found;
+        seen_.erase(found);
+        return event;
       }
       for (auto& event : supervisor_->poll(milliseconds(200))) seen_.push_back(event);
     }

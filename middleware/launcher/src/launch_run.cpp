@@ -312,8 +312,14 @@ void LaunchRun::on_death(const SupervisorEvent& event) {
       node && node->state == "failed" && !node->detail.empty()) {
     reason = fmt::format("process '{}' failed: {}", event.name, node->detail);
   }
+  for (auto line = event.last_lines.rbegin(); line != event.last_lines.rend() && reason == event.text;
+       ++line) {
+    const std::size_t at = line->find("] error: ");
+    if (at != std::string::npos)
+      reason = fmt::format("process '{}' failed: {}", event.name, line->substr(at + 9));
+  }
   if (!was_ready) {
-    reason += ", before it was ready";
+    reason += reason == event.text ? ", before it was ready" : " (before it was ready)";
   } else if (process.clock == "owner" && app_.lockstep) {
     reason += "; it drove the clock that all others wait for, so the run cannot go on";
   }
