@@ -23,8 +23,8 @@ class WorldTruthTest : public testing::Test {
 };
 
 TEST_F(WorldTruthTest, ReadsPoseAndSize) {
-  answers_["world truth pose \"blue cube\""] = "-0.3 0.1 -0.05 0.7071067811865476 0 0 0.7071067811865476";
-  answers_["world truth size \"blue cube\""] = "0.05 0.06 0.07";
+  answers_["world where \"blue cube\""] =
+      "-0.3 0.1 -0.05 0 0 0.7071067811865476 0.7071067811865476 0.05 0.06 0.07";
   const auto truth = make().object("blue cube");
   ASSERT_TRUE(truth.ok()) << truth.error().message;
   EXPECT_NEAR(truth->X_RootObject.translation().x(), -0.3, 1e-12);
@@ -33,23 +33,23 @@ TEST_F(WorldTruthTest, ReadsPoseAndSize) {
   EXPECT_NEAR(truth->size_m.z(), 0.07, 1e-12);
 }
 
-TEST_F(WorldTruthTest, ABearIsMeasuredFromItsMiddle) {
-  answers_["world truth pose \"teddy bear\""] = "-0.3 0.1 -0.08 1 0 0 0";
-  answers_["world truth size \"teddy bear\""] = "0.05 0.06 0.08";
-  const auto truth = make().object("teddy bear");
-  ASSERT_TRUE(truth.ok());
-  EXPECT_NEAR(truth->X_RootObject.translation().z(), -0.04, 1e-12);
+TEST_F(WorldTruthTest, HeldMeansByAHandAlone) {
+  for (const auto& [answer, held] :
+       {std::pair{"1 0", true}, {"1 1", false}, {"0 0", false}, {"0 1", false}}) {
+    answers_["world touching \"red ball\""] = answer;
+    EXPECT_EQ(*make().held("red ball"), held) << answer;
+  }
 }
 
 TEST_F(WorldTruthTest, ReadsYesAndNo) {
-  answers_["world truth held \"red ball\""] = "1";
-  answers_["world truth inside \"red ball\" \"basket\""] = "0";
-  EXPECT_TRUE(*make().held("red ball"));
+  answers_["world inside \"red ball\" \"basket\""] = "0";
   EXPECT_FALSE(*make().inside("red ball", "basket"));
+  answers_["world inside \"red ball\" \"basket\""] = "1";
+  EXPECT_TRUE(*make().inside("red ball", "basket"));
 }
 
 TEST_F(WorldTruthTest, ARefusalIsASentenceThatQuotesIt) {
-  answers_["world truth pose \"red ball\""] = "[fail] \"there is no red ball\"";
+  answers_["world where \"red ball\""] = "[fail] \"there is no red ball\"";
   const auto truth = make().object("red ball");
   ASSERT_FALSE(truth.ok());
   EXPECT_NE(truth.error().message.find("there is no red ball"), std::string::npos);
