@@ -214,6 +214,7 @@ Result<std::unique_ptr<LockstepOwner>> LockstepOwner::open(LockstepContext conte
 LockstepOwner::~LockstepOwner() { done_reader_.reset(); }
 
 void LockstepOwner::on_message(std::shared_ptr<void> message, const MessageInfo& /*info*/) {
+  bool tell = true;
   {
     auto& done = *static_cast<msgs::TickDone*>(message.get());
     const std::lock_guard lock(mutex_);
@@ -238,10 +239,16 @@ void LockstepOwner::on_message(std::shared_ptr<void> message, const MessageInfo&
       } else {
         member.done = std::max(member.done, done.tick());
         unpack_into(done.written(), written_);
+        // the tick is awaited by its last member only
+        tell = std::all_of(members_.begin(), members_.end(), [&](const auto& entry) {
+          return !entry.second.active || entry.second.done >= member.done;
+        });
       }
     }
   }
-  context_.book->arrivals()->notify();
+  if (tell) {
+    context_.book->arrivals()->notify();
+  }
 }
 
 std::string LockstepOwner::obstacle() {

@@ -40,6 +40,7 @@ dds::DomainParticipantQos participant_qos(const std::string& node_name) {
   auto shared_memory = std::make_shared<GuardedSharedMemoryDescriptor>();
   shared_memory->segment_size(segment_size_bytes());
   shared_memory->max_message_size(2U << 20U);
+  shared_memory->port_queue_capacity(2048);
   qos.transport().user_transports.push_back(shared_memory);
 
   // this machine only
