@@ -23,7 +23,7 @@ namespace {
 
 struct Request : ExperimentRequest {
   int samples = 5000;       // of the arm alone, for the paper's network
-  int body_samples = 3000;  // of arm, wrist and torso, for the model of the seen hand
+  int body_samples = 2000;  // of arm, wrist and torso, for the model of the seen hand
   std::string from;         // folder with samples of an earlier run
   std::string weights;      // folder for the weights
   std::string urdf;

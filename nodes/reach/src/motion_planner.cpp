@@ -196,12 +196,22 @@ double MotionPlanner::clearance_m(const Joints& q) const {
 }
 
 double MotionPlanner::way_clearance_m(const JointPath& path) const {
-  // what is touched at an end cannot be avoided on the way: there the end's own clearance counts
-  const double allowed = std::min({options_.clearance_m, clearance_m(path.start()), clearance_m(path.end())});
+  // near an end less room is no fault when the end itself has less, as long as the way leads out of it
+  constexpr double kNear_m = 0.04;
+  const Eigen::Vector3d start_m = chain_.X_RootPalm(path.start()).translation();
+  const Eigen::Vector3d end_m = chain_.X_RootPalm(path.end()).translation();
+  const double at_start_m = clearance_m(path.start()) - 0.002;
+  const double at_end_m = clearance_m(path.end()) - 0.002;
   double least = std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0; i < path.points().size(); i += 4)
-    least = std::min(least, clearance_m(path.points()[i]));
-  return least - allowed;
+  for (std::size_t i = 0; i < path.points().size(); i += 4) {
+    const Joints& q = path.points()[i];
+    const Eigen::Vector3d p_m = chain_.X_RootPalm(q).translation();
+    double allowed_m = options_.clearance_m;
+    if ((p_m - start_m).norm() < kNear_m) allowed_m = std::min(allowed_m, at_start_m);
+    if ((p_m - end_m).norm() < kNear_m) allowed_m = std::min(allowed_m, at_end_m);
+    least = std::min(least, clearance_m(q) - allowed_m);
+  }
+  return least;
 }
 
 Result<JointPath> MotionPlanner::free_way(const Joints& from, const Joints& to) const {
@@ -216,6 +226,7 @@ Result<JointPath> MotionPlanner::free_way(const Joints& from, const Joints& to) 
   std::vector<std::vector<Joints>> candidates = {{from, to}};
   for (const double by_m : {0.04, 0.08, 0.12, 0.18}) {
     candidates.push_back({from, raised(to, by_m), to});
+    candidates.push_back({from, raised(from, by_m), to});
     candidates.push_back({from, raised(from, by_m), raised(to, by_m), to});
   }
   for (const double by_m : {0.08, 0.15}) {

@@ -109,8 +109,8 @@ PalmPosture default_reach_posture() {
   posture.X_ObjectPalm.linear().col(0) = -Eigen::Vector3d::UnitX();
   posture.X_ObjectPalm.linear().col(1) = Eigen::Vector3d::UnitY();
   posture.X_ObjectPalm.linear().col(2) = -Eigen::Vector3d::UnitZ();
-  posture.X_ObjectPalm.translation() = Eigen::Vector3d(0.0, 0.0, 0.0);
-  posture.above_top_m = 0.025;
+  posture.X_ObjectPalm.translation() = Eigen::Vector3d(0.03, 0.0, 0.0);
+  posture.above_top_m = 0.018;
   posture.standoff_m = 0.06;
   posture.turns_rad = {0.35, 0.0, 0.7, -0.35, 1.05};
   return posture;
