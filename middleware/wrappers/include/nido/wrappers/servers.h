@@ -30,7 +30,7 @@ struct CameraServing {
   // others publish what they see at once. Shorter than the period. The stamp is that of the taking. The first
   // picture is published at once.
   std::int64_t latency_ns = 0;
-  std::string frame_id;
+  std::string frame_id{};
   bool on_demand = false;  // only while somebody is connected
 };
 

@@ -1,0 +1,198 @@
+// nido-robot as a process: starts, publishes, answers, ends.
+
+#include <gtest/gtest.h>
+#include <poll.h>
+#include <signal.h>
+#include <spawn.h>
+#include <sys/syscall.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+
+#include "nido/middleware/node.h"
+#include "nido/middleware/typed_port.h"
+#include "nido/wrappers/clients.h"
+#include "rigs.h"
+
+extern char** environ;
+
+namespace nido::test {
+namespace {
+
+constexpr double kPatience_s = 30;
+
+// one domain for each test, as tests may run beside each other
+int own_domain() { return 43 + static_cast<int>(getpid() % 5); }
+
+// a child that is ended with the test
+class Process {
+ public:
+  explicit Process(std::vector<std::string> arguments) {
+    std::vector<char*> argv;
+    for (std::string& argument : arguments) argv.push_back(argument.data());
+    argv.push_back(nullptr);
+    if (posix_spawn(&child_, NIDO_ROBOT, nullptr, nullptr, argv.data(), environ) != 0) child_ = -1;
+  }
+  ~Process() {
+    if (child_ > 0) {
+      kill(child_, SIGKILL);
+      waitpid(child_, nullptr, 0);
+    }
+  }
+  Process(const Process&) = delete;
+  Process& operator=(const Process&) = delete;
+  bool started() const { return child_ > 0; }
+  void signal(int which) const { kill(child_, which); }
+  // Exit code, or nothing if the process goes on for so long.
+  std::optional<int> wait(double timeout_s) {
+    const int handle = static_cast<int>(syscall(SYS_pidfd_open, child_, 0));
+    pollfd ended{handle, POLLIN, 0};
+    const int ready = poll(&ended, 1, static_cast<int>(timeout_s * 1000));
+    close(handle);
+    if (ready != 1) return std::nullopt;
+    int outcome = 0;
+    waitpid(child_, &outcome, 0);
+    child_ = -1;
+    return WIFEXITED(outcome) ? WEXITSTATUS(outcome) : 128 + WTERMSIG(outcome);
+  }
+
+ private:
+  pid_t child_ = -1;
+};
+
+class RobotProcess : public testing::Test {
+ protected:
+  void SetUp() override {
+    std::string name = (std::filesystem::temp_directory_path() / "nido-robot-test-XXXXXX").string();
+    folder_ = mkdtemp(name.data());
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+
+  std::string write(const std::string& text) {
+    const std::filesystem::path path = folder_ / "robot.yaml";
+    std::ofstream(path) << text;
+    return path.string();
+  }
+  std::vector<std::string> command(const std::string& config, std::vector<std::string> more = {}) {
+    std::vector<std::string> arguments = {"nido-robot", config, "--domain", std::to_string(domain_)};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return arguments;
+  }
+  // Runs a robot that cannot start, and gives what it says.
+  std::pair<int, std::string> run_failing(const std::string& config, std::vector<std::string> more = {}) {
+    std::string line = NIDO_ROBOT;
+    for (const std::string& argument : command(config, std::move(more))) {
+      if (argument != "nido-robot") line += " '" + argument + "'";
+    }
+    FILE* pipe = popen((line + " 2>&1").c_str(), "r");
+    std::string said;
+    for (int c = fgetc(pipe); c != EOF; c = fgetc(pipe)) said += static_cast<char>(c);
+    const int outcome = pclose(pipe);
+    return {WIFEXITED(outcome) ? WEXITSTATUS(outcome) : -1, said};
+  }
+  std::unique_ptr<Node> observer() {
+    NodeOptions options;
+    options.name = "observer" + std::to_string(getpid());
+    options.domain = domain_;
+    options.handle_signals = false;
+    return required(Node::create(options));
+  }
+
+  std::filesystem::path folder_;
+  int domain_ = own_domain();
+};
+
+TEST_F(RobotProcess, ServesTheFakeRobotAndEndsWhenAskedTo) {
+  Process robot(command("fake"));
+  ASSERT_TRUE(robot.started());
+  const auto node = observer();
+  const std::string local = "/observer" + std::to_string(getpid());
+  const auto arm =
+      required(control_board_client(*node, {"/icubSim/right_arm", local + "/right_arm", kPatience_s}));
+  EXPECT_EQ(arm->axes(), 16);
+  const auto eye = required(camera_client(*node, {"/icubSim/cam/left", local + "/left", kPatience_s}));
+  const auto skin = required(touch_client(*node, {"/icubSim/skin/right_hand", local + "/skin", kPatience_s}));
+  const auto ears = required(audio_client(*node, {"/icubSim/mic", local + "/mic", kPatience_s}));
+  EXPECT_EQ(ears->sample_rate_hz(), 16000);
+  const Result<std::string> name = node->call("/icubSim/head/rpc:i", "get name 4", kPatience_s);
+  ASSERT_TRUE(name.ok()) << name.error().message;
+  EXPECT_NE(name->find("eyes_version"), std::string::npos) << *name;
+  // a motion by rpc is seen in the state
+  const int elbow[] = {3};
+  const double target[] = {1.0};
+  ASSERT_TRUE(arm->move_to(elbow, target).ok());
+  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+  while (!(arm->read_joints().ok() && std::abs(arm->read_joints()->position_rad[3] - 1.0) < 1e-6) &&
+         std::chrono::steady_clock::now() < end) {
+    std::this_thread::yield();
+  }
+  EXPECT_NEAR(arm->read_joints()->position_rad[3], 1.0, 1e-6);
+  Image image;
+  EXPECT_TRUE(eye->grab(image).ok());
+  robot.signal(SIGTERM);
+  const std::optional<int> code = robot.wait(1.0);
+  ASSERT_TRUE(code.has_value()) << "still running 1 s after SIGTERM";
+  EXPECT_EQ(*code, 0);
+}
+
+TEST_F(RobotProcess, AWrongKeyIsRefusedWithFileAndLine) {
+  const std::string file = write("robot: icubSim\nclock: wall\ncolour: red\ndevices: []\nservers: []\n");
+  const auto [code, said] = run_failing(file);
+  EXPECT_EQ(code, 2) << said;
+  EXPECT_NE(said.find(file + ":3"), std::string::npos) << said;
+  EXPECT_NE(said.find("colour"), std::string::npos) << said;
+  EXPECT_NE(said.find("clock"), std::string::npos) << "the allowed keys are not named: " << said;
+}
+
+TEST_F(RobotProcess, AWrongParameterOfADeviceIsRefusedWithItsLine) {
+  const std::string file = write(
+      "robot: icubSim\ndevices:\n  - {name: eye, kind: fake/camera,\n     parameters: {width: -3}}\nservers: "
+      "[]\n");
+  const auto [code, said] = run_failing(file);
+  EXPECT_EQ(code, 2) << said;
+  EXPECT_NE(said.find(file + ":4"), std::string::npos) << said;
+}
+
+TEST_F(RobotProcess, AnUnknownKindIsRefusedWithTheKindsThatThereAre) {
+  const std::string file = write("robot: icubSim\ndevices:\n  - {name: eye, kind: fake/nose}\nservers: []\n");
+  const auto [code, said] = run_failing(file);
+  EXPECT_EQ(code, 2) << said;
+  EXPECT_NE(said.find("sim/control_board"), std::string::npos) << said;
+}
+
+TEST_F(RobotProcess, AServerOfNothingIsRefused) {
+  const std::string file = write(
+      "robot: icubSim\ndevices:\n  - {name: eye, kind: fake/camera}\nservers:\n  - {device: ear, port: x}\n");
+  const auto [code, said] = run_failing(file);
+  EXPECT_EQ(code, 2) << said;
+  EXPECT_NE(said.find(file + ":5"), std::string::npos) << said;
+  EXPECT_NE(said.find("'ear'"), std::string::npos) << said;
+}
+
+TEST_F(RobotProcess, ARobotOrSettingThatDoesNotExistIsNamed) {
+  const auto [code, said] = run_failing("unicorn");
+  EXPECT_EQ(code, 3) << said;
+  EXPECT_NE(said.find("icub_sim"), std::string::npos) << said;
+  const auto [code2, said2] = run_failing("fake", {"--set", "speed=3"});
+  EXPECT_EQ(code2, 2) << said2;
+  EXPECT_NE(said2.find("speed"), std::string::npos) << said2;
+}
+
+TEST_F(RobotProcess, ADeviceThatFailsEndsTheProcessWithItsName) {
+  const std::string urdf = std::string(NIDO_CONFIG_DIR) + "/robots/icub.urdf";
+  const std::string file = write(
+      "robot: icubSim\nclock: wall\ndevices:\n  - name: head\n    kind: fake/control_board\n    parameters: "
+      "{part: head, urdf: " +
+      urdf + ", fail: reads, fail_after_s: 0.2}\nservers:\n  - {device: head, port: head}\n");
+  const auto [code, said] = run_failing(file);
+  EXPECT_EQ(code, 1) << said;
+  EXPECT_NE(said.find("head"), std::string::npos) << said;
+  EXPECT_NE(said.find("told to fail"), std::string::npos) << said;
+}
+
+}  // namespace
+}  // namespace nido::test

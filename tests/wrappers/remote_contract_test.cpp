@@ -1,0 +1,237 @@
+// The contracts, run on devices that are seen through the network: server and client in one process, over
+// DDS.
+
+#include <unistd.h>
+
+#include <chrono>
+#include <thread>
+
+#include "control_board_contract.h"
+#include "fake/fake_sensors.h"
+#include "nido/middleware/node.h"
+#include "nido/simulator/devices/simulated_camera.h"
+#include "nido/wrappers/clients.h"
+#include "nido/wrappers/servers.h"
+#include "sensor_contracts.h"
+#include "simulated_rig.h"
+
+namespace nido::test {
+namespace {
+
+constexpr int kDomain = 42;
+constexpr double kPatience_s = 20;
+
+// Two nodes with names of their own, so that tests may run beside each other.
+class Link {
+ public:
+  Node& server() { return *server_; }
+  Node& client() { return *client_; }
+  std::string remote(const std::string& what) const { return "/t" + id_ + "/" + what; }
+  ClientOptions options(const std::string& what) const {
+    return {remote(what), "/c" + id_ + "/" + what, kPatience_s};
+  }
+
+  // Waits, without passing the robot's time, until something that travels has arrived.
+  template <class Condition>
+  static void wait_until(const Condition& condition) {
+    const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(kPatience_s);
+    while (!condition()) {
+      if (std::chrono::steady_clock::now() > end) throw std::runtime_error("nothing arrived");
+      std::this_thread::yield();
+    }
+  }
+
+ private:
+  static std::unique_ptr<Node> make(const std::string& name) {
+    NodeOptions options;
+    options.name = name;
+    options.domain = kDomain;
+    options.handle_signals = false;
+    return required(Node::create(options));
+  }
+  const std::string id_ = std::to_string(getpid());
+  std::unique_ptr<Node> server_ = make("server" + id_);
+  std::unique_ptr<Node> client_ = make("client" + id_);
+};
+
+// The rig of a family, but its board is the client's.
+template <class Local>
+class RemoteRig final : public ControlBoardRig {
+ public:
+  RemoteRig() {
+    // time runs as fast as messages travel, so that a late one must not count as a missing one
+    LimitOptions patient;
+    patient.command_timeout_ns = 1'000'000'000;
+    local_.put_limits(patient);
+    server_ = required(serve_control_board(link_.server(), link_.remote("arm"), local_.board(), kPeriod_ns));
+    client_ = required(control_board_client(link_.client(), link_.options("arm")));
+    advance();
+  }
+  IControlBoard& board() override { return *client_; }
+  void advance() override {
+    if (const Status taken = server_->take_commands(); !taken)
+      throw std::runtime_error(taken.error().message);
+    local_.advance();
+    const std::int64_t now_ns = local_.clock().now_ns();
+    if (const Status published = server_->publish(now_ns); !published) {
+      throw std::runtime_error(published.error().message);
+    }
+    Link::wait_until([&] {
+      const Result<JointReading> reading = client_->read_joints();
+      return reading.ok() && reading->stamp_ns == now_ns;
+    });
+  }
+  int free_joint() override { return local_.free_joint(); }
+  double tolerance_rad() override { return local_.tolerance_rad(); }
+
+ private:
+  Link link_;
+  Local local_;
+  std::unique_ptr<IServer> server_;
+  std::unique_ptr<IControlBoard> client_;
+};
+
+INSTANTIATE_TEST_SUITE_P(FakeOverDds, ControlBoardContract,
+                         testing::Values([] { return std::make_unique<RemoteRig<FakeRig>>(); }));
+INSTANTIATE_TEST_SUITE_P(SimulatedOverDds, ControlBoardContract,
+                         testing::Values([] { return std::make_unique<RemoteRig<SimulatedRig>>(); }));
+
+// A camera and its time, local or simulated, served.
+class RemoteCameraRig : public CameraRig {
+ public:
+  ICamera& camera() override { return *client_; }
+  void advance() override {
+    move_on();
+    const std::int64_t now_ns = clock().now_ns();
+    if (const Status published = server_->publish(now_ns); !published) {
+      throw std::runtime_error(published.error().message);
+    }
+  }
+
+ protected:
+  void open(ICamera& served) {
+    server_ =
+        required(serve_camera(link_.server(), link_.remote("cam"), served,
+                              {.period_ns = kPeriod_ns * 3, .latency_ns = kPeriod_ns, .frame_id = "eye"}));
+    client_ = required(camera_client(link_.client(), link_.options("cam")));
+    // pictures may be lost, by design: time goes on until the first has come
+    Link::wait_until([&] {
+      advance();
+      Image image;
+      return client_->grab(image).ok() && client_->info().ok();
+    });
+  }
+  virtual void move_on() = 0;
+  virtual const IClock& clock() = 0;
+
+ private:
+  Link link_;
+  std::unique_ptr<IServer> server_;
+  std::unique_ptr<ICamera> client_;
+};
+
+class RemoteFakeCameraRig final : public RemoteCameraRig {
+ public:
+  RemoteFakeCameraRig() { open(camera_); }
+
+ protected:
+  void move_on() override { clock_.advance_ns(kPeriod_ns); }
+  const IClock& clock() override { return clock_; }
+
+ private:
+  ManualClock clock_;
+  FakeCamera camera_{{64, 48, 50, 50, 32, 24, {}}, clock_};
+};
+
+class RemoteSimulatedCameraRig final : public RemoteCameraRig {
+ public:
+  RemoteSimulatedCameraRig() { open(*camera_); }
+
+ protected:
+  void move_on() override {
+    const Status stepped = robot_->step_to(robot_->now_ns() + kPeriod_ns);
+    if (!stepped) throw std::runtime_error(stepped.error().message);
+  }
+  const IClock& clock() override { return *robot_; }
+
+ private:
+  std::shared_ptr<sim::SimulatedRobot> robot_ = simulated_robot();
+  std::unique_ptr<ICamera> camera_ = required(sim::SimulatedCamera::create(robot_, sim::Eye::kRight, {}));
+};
+
+INSTANTIATE_TEST_SUITE_P(FakeOverDds, CameraContract,
+                         testing::Values([] { return std::make_unique<RemoteFakeCameraRig>(); }));
+INSTANTIATE_TEST_SUITE_P(SimulatedOverDds, CameraContract,
+                         testing::Values([] { return std::make_unique<RemoteSimulatedCameraRig>(); }));
+
+class RemoteTouchRig final : public TouchRig {
+ public:
+  RemoteTouchRig() {
+    server_ = required(serve_touch(link_.server(), link_.remote("skin"), fake_, kPeriod_ns, "hand"));
+    client_ = required(touch_client(link_.client(), link_.options("skin")));
+    advance();
+  }
+  ITouch& touch() override { return *client_; }
+  void advance() override {
+    clock_.advance_ns(kPeriod_ns);
+    if (const Status published = server_->publish(clock_.now_ns()); !published) {
+      throw std::runtime_error(published.error().message);
+    }
+    Link::wait_until([&] {
+      const Result<TouchReading> reading = client_->read_touch();
+      return reading.ok() && reading->stamp_ns == clock_.now_ns();
+    });
+  }
+  bool press(int pad, bool pressed) override {
+    fake_.press(pad, pressed ? 1.5 : 0);
+    return true;
+  }
+
+ private:
+  Link link_;
+  ManualClock clock_;
+  FakeTouch fake_{6, clock_};
+  std::unique_ptr<IServer> server_;
+  std::unique_ptr<ITouch> client_;
+};
+INSTANTIATE_TEST_SUITE_P(FakeOverDds, TouchContract,
+                         testing::Values([] { return std::make_unique<RemoteTouchRig>(); }));
+
+TEST(WorldOverDds, LinesAreAnsweredFromTheOtherSide) {
+  Link link;
+  FakeWorld world;
+  const auto server = required(serve_world(link.server(), link.remote("world"), world));
+  const auto client = required(world_client(link.client(), link.options("world")));
+  EXPECT_EQ(client->command("world num box"), world.command("world num box"));
+  EXPECT_EQ(client->command("dance"), world.command("dance"));
+}
+
+TEST(ClientOfNobody, SaysWhichPortIsMissing) {
+  Link link;
+  ClientOptions options = link.options("nobody");
+  options.timeout_s = 0.3;
+  const auto board = control_board_client(link.client(), options);
+  ASSERT_FALSE(board.ok());
+  EXPECT_EQ(board.error().code, ErrorCode::kNotFound);
+  EXPECT_NE(board.error().message.find(link.remote("nobody")), std::string::npos) << board.error().message;
+  const auto camera = camera_client(link.client(), options);
+  ASSERT_FALSE(camera.ok());
+  EXPECT_NE(camera.error().message.find(link.remote("nobody")), std::string::npos) << camera.error().message;
+}
+
+TEST(ControlBoardOverDds, AFailureOfTheDeviceComesWithItsReason) {
+  Link link;
+  FakeControlBoard fake(three_joints());
+  const auto server = required(serve_control_board(link.server(), link.remote("arm"), fake, kPeriod_ns));
+  const auto client = required(control_board_client(link.client(), link.options("arm")));
+  fake.set_failures({.commands = Error{ErrorCode::kFailed, "the \"motor\" is hot"}});
+  const int joint[] = {0};
+  const double target[] = {0.1};
+  const Status refused = client->move_to(joint, target);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_NE(refused.error().message.find("the \"motor\" is hot"), std::string::npos)
+      << refused.error().message;
+}
+
+}  // namespace
+}  // namespace nido::test
