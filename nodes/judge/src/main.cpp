@@ -253,6 +253,10 @@ Status run(Node& node) {
     return Error{ErrorCode::kFailed,
                  fmt::format("cannot make the folder {}: {}", parameters->out, error.message())};
   }
+  // pictures of an earlier run in the same folder would be taken for this one's
+  for (const auto& entry : std::filesystem::directory_iterator(parameters->out, error)) {
+    if (entry.path().filename().string().starts_with("stage-")) std::filesystem::remove(entry.path(), error);
+  }
   JudgeNode judge(node, std::move(parameters).value(), std::move(core).value());
   if (Status opened = judge.open(); !opened) return opened;
   node.set_ready();
