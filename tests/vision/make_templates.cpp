@@ -153,6 +153,51 @@ std::set<std::uint32_t> instances_of(const sim::SceneSnapshot& scene, const std:
   return wanted;
 }
 
+// A box whose edges and corners are worn by `bevel_m`: the hull of three boxes, each whole along one axis.
+Body worn_box(const Body& box, double bevel_m) {
+  Body worn = box;
+  worn.solids.clear();
+  for (int axis = 0; axis < 3; ++axis) {
+    Solid solid = box.solids.front();
+    solid.size_m.array() -= 2 * bevel_m;
+    solid.size_m[axis] = box.solids.front().size_m[axis];
+    worn.solids.push_back(solid);
+  }
+  return worn;
+}
+
+// How worn a painted wooden cube is: what explains its outlines best.
+Body learn_wear(const Body& box, const vision::TemplateSet& set, const Lesson& lesson) {
+  const std::vector<double> bevels_m = {0, 0.0005, 0.001, 0.0015, 0.002, 0.0025, 0.003, 0.004};
+  std::vector<double> agreement(bevels_m.size(), 0.0);
+  vision::BlobFinder finder(vision::ColourTable(set.colours), 12);
+  for_views(lesson, 3, [&](Stage& stage) {
+    vision::OutlinePair outlines;
+    vision::EyePair eyes;
+    for (std::size_t e = 0; e < 2; ++e) {
+      const auto eye = e == 0 ? sim::Eye::kLeft : sim::Eye::kRight;
+      Image image;
+      stage.render(eye, image);
+      eyes[e] = {PinholeCamera{}, stage.simulation().X_WorldCamera(eye)};
+      for (const vision::Blob& blob : finder.find(image)) {
+        if (set.colours[blob.colour].name == lesson.colour && !blob.touches_border && outlines[e].empty())
+          outlines[e] = blob.hull;
+      }
+    }
+    if (outlines[0].empty() || outlines[1].empty()) return;
+    const auto start = vision::meet(eyes, vision::centroid(outlines[0]), vision::centroid(outlines[1]), 0.02);
+    if (!start) return;
+    for (std::size_t i = 0; i < bevels_m.size(); ++i) {
+      const auto fit = vision::fit_body(worn_box(box, bevels_m[i]), eyes, outlines, {*start, 0, 0}, true);
+      if (fit) agreement[i] += fit->overlap;
+    }
+  });
+  const auto best = std::max_element(agreement.begin(), agreement.end()) - agreement.begin();
+  std::cout << lesson.name << ": edges worn by " << bevels_m[static_cast<std::size_t>(best)] * 1000
+            << " mm\n";
+  return worn_box(box, bevels_m[static_cast<std::size_t>(best)]);
+}
+
 ColourModel learn_mark(const std::string& colour, const std::string& link) {
   PixelStatistics pixels;
   for (const double shoulder_yaw : {20.0, 50.0}) {
@@ -221,6 +266,7 @@ int run(const std::string& target) {
     object.colour = lesson.colour;
     object.shape = lesson.shape;
     object.body = read_body(folder + lesson.file, lesson.symmetry_deg);
+    if (lesson.shape == "cube") object.body = learn_wear(object.body, set, lesson);
     vision::BlobFinder finder(table, 12);
     for_views(lesson, lesson.symmetry_deg > 180 ? 8 : 4, [&](Stage& stage) {
       Image image;

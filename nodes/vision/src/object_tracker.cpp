@@ -8,8 +8,8 @@ namespace {
 
 constexpr double kScoreGain = 0.15;    // share of a new view in the running score of a shape
 constexpr double kScoreMargin = 0.02;  // by which another shape must be better to take over
-constexpr int kViewsJudgedFully = 12;  // first views of a thing are compared with every shape of its colour
-constexpr int kJudgeEvery = 10;        // later ones only now and then
+constexpr int kViewsJudgedFully = 5;   // first views of a thing are compared with every shape of its colour
+constexpr int kJudgeEvery = 15;        // later ones only now and then
 
 std::array<double, 4> joined(const std::array<double, 4>& a, const std::array<double, 4>& b) {
   const double left = std::min(a[0], b[0]);
@@ -131,14 +131,16 @@ void ObjectTracker::update(Track& track, const Claim& seen, const StereoBlobs& i
     visible = std::min(visible, area(seen.outlines[e]) / area(expected));
     inside = std::min(inside, inside_fraction(seen.outlines[e], expected));
   }
-  track.occluded = track.views > 0 && visible < settings_.whole_fraction;
-  if (track.occluded && inside > 0.9) {
+  const auto fit = fit_body(*body, input.eyes, seen.outlines, {track.p_Root_m, track.yaw_rad, 0}, false);
+  // a thing that is explained as a whole where it is now is not hidden, whatever was expected
+  const bool whole = visible >= settings_.whole_fraction || (fit && fit->overlap > settings_.whole_overlap);
+  track.occluded = track.views > 0 && !whole;
+  if (track.occluded && inside > 0.93) {
     // what is left of it lies where it should if it had not moved: believe that
     track.confidence +=
         0.3 * (confidence_of(track.score[track.object]) * std::max(0.4, visible) - track.confidence);
     return;
   }
-  const auto fit = fit_body(*body, input.eyes, seen.outlines, {track.p_Root_m, track.yaw_rad, 0}, false);
   if (!fit) {
     track.confidence *= 0.8;
     return;
@@ -161,7 +163,81 @@ void ObjectTracker::update(Track& track, const Claim& seen, const StereoBlobs& i
   track.confidence += 0.4 * (now - track.confidence);
 }
 
+// Takes up what was seen as a new thing if a template of its colour explains it.
+bool ObjectTracker::take_up(const Claim& seen, const Eigen::Vector3d& p_Root_m, int colour, bool in_pieces,
+                            double least_overlap, const StereoBlobs& input) {
+  Track track;
+  track.score.assign(templates_.objects.size(), 0.0);
+  double best_overlap = 0;
+  double best_look = 0;
+  double best_quality = 0;
+  for (const std::size_t candidate : objects_of_colour_[colour]) {
+    const auto fit =
+        fit_body(templates_.objects[candidate].body, input.eyes, seen.outlines, {p_Root_m, 0, 0}, true);
+    if (!fit) continue;
+    // pieces have no look of the whole
+    const double correlation_of_looks = in_pieces ? 0.5 : look(candidate, input, seen.biggest);
+    const double now = quality(fit->overlap, correlation_of_looks);
+    track.score[candidate] = now;
+    if (now > best_quality) {
+      best_quality = now;
+      best_overlap = fit->overlap;
+      best_look = correlation_of_looks;
+      track.object = candidate;
+      track.p_Root_m = fit->p_Root_m;
+      track.yaw_rad = fit->yaw_rad;
+    }
+  }
+  if (best_overlap < least_overlap || best_look < settings_.least_correlation) return false;
+  track.confidence = confidence_of(best_quality);
+  track.views = 1;
+  track.seen = input.stamp;
+  track.seen_now = true;
+  track.box = seen.box;
+  tracks_.push_back(track);
+  return true;
+}
+
+bool ObjectTracker::in_reach_of_eyes(const Eigen::Vector3d& p_Root_m, const StereoBlobs& input) const {
+  const double distance_m = (p_Root_m - input.eyes[0].X_RootCamera.translation()).norm();
+  return distance_m > settings_.min_distance_m && distance_m < settings_.max_distance_m;
+}
+
+// A colour that only one thing has: all its blobs together may be that thing with an arm across it.
+void ObjectTracker::find_in_pieces(int colour, double least_overlap, const StereoBlobs& input) {
+  Claim seen;
+  std::array<std::vector<std::size_t>, 2> mine;
+  for (std::size_t e = 0; e < 2; ++e) {
+    std::vector<Eigen::Vector2d> points;
+    const auto& blobs = *input.blobs[e];
+    for (std::size_t b = 0; b < blobs.size(); ++b) {
+      if (blobs[b].colour != colour) continue;
+      if (taken_[e][b]) return;
+      seen.box[e] = mine[e].empty() ? blobs[b].box() : joined(seen.box[e], blobs[b].box());
+      mine[e].push_back(b);
+      points.insert(points.end(), blobs[b].hull.begin(), blobs[b].hull.end());
+    }
+    if (mine[e].empty()) return;
+    seen.outlines[e] = convex_hull(std::move(points));
+  }
+  if (mine[0].size() + mine[1].size() < 3) return;
+  const auto p =
+      meet(input.eyes, centroid(seen.outlines[0]), centroid(seen.outlines[1]), 3 * settings_.max_gap_m);
+  if (!p || !in_reach_of_eyes(*p, input) || !take_up(seen, *p, colour, true, least_overlap, input)) return;
+  for (std::size_t e = 0; e < 2; ++e) {
+    for (const std::size_t b : mine[e]) taken_[e][b] = true;
+  }
+}
+
 void ObjectTracker::find_new(const StereoBlobs& input) {
+  constexpr double kWellExplained = 0.85;
+  const auto pieces = [&](double least_overlap) {
+    for (std::size_t c = 0; c < objects_of_colour_.size(); ++c) {
+      if (objects_of_colour_[c].size() == 1) find_in_pieces(static_cast<int>(c), least_overlap, input);
+    }
+  };
+  pieces(kWellExplained);
+
   struct Pair {
     std::size_t left, right;
     double cost;
@@ -177,10 +253,7 @@ void ObjectTracker::find_new(const StereoBlobs& input) {
       const double ratio = static_cast<double>(lefts[l].area_px) / rights[r].area_px;
       if (ratio < 0.6 || ratio > 1.67) continue;
       const auto p = meet(input.eyes, lefts[l].centroid_px, rights[r].centroid_px, settings_.max_gap_m);
-      if (!p) continue;
-      const double distance_m = (*p - input.eyes[0].X_RootCamera.translation()).norm();
-      if (distance_m < settings_.min_distance_m || distance_m > settings_.max_distance_m) continue;
-      pairs.push_back({l, r, std::abs(std::log(ratio)), *p});
+      if (p && in_reach_of_eyes(*p, input)) pairs.push_back({l, r, std::abs(std::log(ratio)), *p});
     }
   }
   std::stable_sort(pairs.begin(), pairs.end(), [](const Pair& a, const Pair& b) { return a.cost < b.cost; });
@@ -192,37 +265,11 @@ void ObjectTracker::find_new(const StereoBlobs& input) {
     seen.outlines = {left.hull, right.hull};
     seen.box = {left.box(), right.box()};
     seen.biggest = {static_cast<int>(pair.left), static_cast<int>(pair.right)};
-    Track track;
-    track.score.assign(templates_.objects.size(), 0.0);
-    double best_overlap = 0;
-    double best_look = 0;
-    double best_quality = 0;
-    for (const std::size_t candidate : objects_of_colour_[left.colour]) {
-      const auto fit = fit_body(templates_.objects[candidate].body, input.eyes, seen.outlines,
-                                {pair.p_Root_m, 0, 0}, true);
-      if (!fit) continue;
-      const double correlation_of_looks = look(candidate, input, seen.biggest);
-      const double now = quality(fit->overlap, correlation_of_looks);
-      track.score[candidate] = now;
-      if (now > best_quality) {
-        best_quality = now;
-        best_overlap = fit->overlap;
-        best_look = correlation_of_looks;
-        track.object = candidate;
-        track.p_Root_m = fit->p_Root_m;
-        track.yaw_rad = fit->yaw_rad;
-      }
-    }
-    if (best_overlap < settings_.least_overlap || best_look < settings_.least_correlation) continue;
-    track.confidence = confidence_of(best_quality);
-    track.views = 1;
-    track.seen = input.stamp;
-    track.seen_now = true;
-    track.box = seen.box;
-    tracks_.push_back(track);
+    if (!take_up(seen, pair.p_Root_m, left.colour, false, settings_.least_overlap, input)) continue;
     taken_[0][pair.left] = true;
     taken_[1][pair.right] = true;
   }
+  pieces(settings_.least_overlap);
 }
 
 const std::vector<SeenObject>& ObjectTracker::step(const StereoBlobs& input) {

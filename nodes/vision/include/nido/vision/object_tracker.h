@@ -32,7 +32,8 @@ struct TrackerSettings {
   double max_distance_m = 0.90;
   int frames_to_confirm = 3;     // pictures in which a new thing is seen before it is believed
   double memory_s = 3.0;         // a thing that is not seen keeps its identity for this long
-  double whole_fraction = 0.80;  // of the expected outline: less is called occluded
+  double whole_fraction = 0.94;  // of the expected outline: less may be called occluded
+  double whole_overlap = 0.965;  // a thing that fits so well is seen whole
   double still_gain = 0.20;      // share of a new view in the position of a thing at rest
   double moving_gain = 0.80;     // and of one that moves
   double moving_m = 0.010;       // a view this far from the filtered place means that it moves
@@ -88,6 +89,10 @@ class ObjectTracker {
   void update(Track& track, const Claim& claim, const StereoBlobs& input);
   void judge_shape(Track& track, const Claim& claim, const StereoBlobs& input, bool search_yaw);
   void find_new(const StereoBlobs& input);
+  void find_in_pieces(int colour, double least_overlap, const StereoBlobs& input);
+  bool take_up(const Claim& seen, const Eigen::Vector3d& p_Root_m, int colour, bool in_pieces,
+               double least_overlap, const StereoBlobs& input);
+  [[nodiscard]] bool in_reach_of_eyes(const Eigen::Vector3d& p_Root_m, const StereoBlobs& input) const;
   [[nodiscard]] double look(std::size_t object, const StereoBlobs& input,
                             const std::array<int, 2>& blobs) const;
 
