@@ -403,6 +403,7 @@ Result<Renderer> Renderer::create(const RenderOptions& options) {
   if (!context) return context.error();
   auto impl = std::make_unique<Impl>(options, std::move(*context));
   if (Status ok = impl->setUp(); !ok) return ok.error();
+  if (Status ok = impl->setLighting(options.lighting); !ok) return ok.error();
   if (Status ok = impl->setScene({}); !ok) return ok.error();
   return Renderer(std::move(impl));
 }

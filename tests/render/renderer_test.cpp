@@ -253,6 +253,14 @@ TEST(Renderer, HalfTheLightGivesADarkerPictureOfTheSameThings) {
   light.key_direction_World.setZero();
   EXPECT_FALSE(renderer.setLighting(light).ok());
   EXPECT_EQ(hashOf(drawn(renderer, tableCamera())), hashOf(dim)) << "a refused light changes nothing";
+
+  RenderOptions options;
+  options.lighting.brightness = 0.5;
+  Renderer dim_from_the_start = makeRenderer(options);
+  show(dim_from_the_start, makeTableScene());
+  EXPECT_EQ(hashOf(drawn(dim_from_the_start, tableCamera())), hashOf(dim));
+  options.lighting.fill = std::nan("");
+  EXPECT_FALSE(Renderer::create(options).ok());
 }
 
 TEST(Renderer, NewShapesShowEvenUnderAnOldRevision) {
