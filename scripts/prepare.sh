@@ -21,7 +21,8 @@ install_missing() {
 
   command -v dpkg-query >/dev/null ||
     die 3 "this is not a Debian system (no dpkg-query): install what packages.txt lists, then use --no-install"
-  installed=$'\n'$(dpkg-query -W -f '${db:Status-Status} ${Package}\n' "${wanted[@]}" 2>/dev/null)$'\n'
+  # dpkg-query complains about every package that it does not know
+  installed=$'\n'$(dpkg-query -W -f '${db:Status-Status} ${Package}\n' "${wanted[@]}" 2>/dev/null || true)$'\n'
   local i
   local -a lines=()
   for i in "${!wanted[@]}"; do
