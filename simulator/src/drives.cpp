@@ -150,7 +150,7 @@ void Drives::go_home(RobotBody& robot) {
   publish();
 }
 
-Status Drives::place(int part, std::span<const double> position_rad, RobotBody& robot) {
+Status Drives::check_positions(int part, std::span<const double> position_rad) const {
   if (part < 0 || part >= static_cast<int>(parts_.size())) {
     return Error{ErrorCode::kInvalidArgument, "no part has the index " + std::to_string(part)};
   }
@@ -167,6 +167,19 @@ Status Drives::place(int part, std::span<const double> position_rad, RobotBody& 
                        number(info.joints[j].min_rad) + " to " + number(info.joints[j].max_rad)};
     }
   }
+  return {};
+}
+
+Status Drives::set_home(int part, std::span<const double> position_rad) {
+  if (Status fits = check_positions(part, position_rad); !fits) return fits;
+  for (std::size_t j = 0; j < position_rad.size(); ++j) {
+    axis_info_[axis_index(part, static_cast<int>(j))].home_rad = position_rad[j];
+  }
+  return {};
+}
+
+Status Drives::place(int part, std::span<const double> position_rad, RobotBody& robot) {
+  if (Status fits = check_positions(part, position_rad); !fits) return fits;
   // all other joints stay where they are measured
   std::vector<double> angle(axes_.size());
   for (std::size_t a = 0; a < axes_.size(); ++a) angle[a] = axes_[a].measured.position_rad;

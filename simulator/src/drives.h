@@ -43,6 +43,8 @@ class Drives {
   Status set_reference_speed(int part, int joint, double speed_rad_s);
   Status stop(int part, int joint);
   Status place(int part, std::span<const double> position_rad, RobotBody& robot);
+  // Other angles for home; refused beyond the limits.
+  Status set_home(int part, std::span<const double> position_rad);
   // All joints home and at rest.
   void go_home(RobotBody& robot);
 
@@ -96,6 +98,7 @@ class Drives {
   void start_trajectory(std::size_t axis, double goal_rad);
   void publish();
   Status check_joint(int part, int joint) const;
+  Status check_positions(int part, std::span<const double> position_rad) const;
 
   std::vector<PartInfo> parts_;
   std::vector<std::size_t> first_axis_;

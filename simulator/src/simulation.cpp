@@ -169,6 +169,16 @@ Result<std::unique_ptr<Simulation>> Simulation::create(const SimulationOptions& 
     if (!drives)
       return Error{drives.error().code, options.urdf_path.string() + ": " + drives.error().message};
     impl->drives = std::make_unique<Drives>(std::move(*drives));
+    for (const auto& [part, angles] : impl->start.posture_rad) {
+      int index = -1;
+      for (std::size_t p = 0; p < impl->drives->parts().size(); ++p) {
+        if (impl->drives->parts()[p].name == part) index = static_cast<int>(p);
+      }
+      if (Status fits = impl->drives->set_home(index, angles); !fits) {
+        return Error{fits.error().code,
+                     options.world_path.string() + ": posture_deg: " + fits.error().message};
+      }
+    }
     impl->contacts = std::make_unique<Contacts>(id, *impl->robot, impl->block);
     const auto& links = impl->robot->description().links;
     for (std::size_t i = 1; i < links.size(); ++i) {

@@ -184,6 +184,17 @@ struct WorldReader {
     parent.adopt(map);
   }
 
+  void read_posture(YamlReader map, YamlReader& parent) {
+    map.allow({"head", "torso", "left_arm", "right_arm", "left_leg", "right_leg"});
+    for (const char* part : {"head", "torso", "left_arm", "right_arm", "left_leg", "right_leg"}) {
+      std::vector<double> angles = map.numbers(part, {}, 1, 16, -360, 360);
+      if (angles.empty()) continue;
+      for (double& angle : angles) angle *= kDegree;
+      world.posture_rad.emplace_back(part, angles);
+    }
+    parent.adopt(map);
+  }
+
   Status read_object(YamlReader map) {
     map.allow({"object", "name", "colour", "position_m", "yaw_deg", "rpy_deg", "static", "touches_robot",
                "mass_kg", "friction", "restitution", "rolling_m"});
@@ -240,7 +251,8 @@ struct WorldReader {
   }
 
   Status read(YamlReader map) {
-    map.allow({"table", "objects", "random"});
+    map.allow({"table", "posture_deg", "objects", "random"});
+    if (map.has("posture_deg")) read_posture(map.child("posture_deg"), map);
     if (map.has("table")) read_table(map.child("table"), map);
     if (!map.ok()) return Error{ErrorCode::kInvalidArgument, map.trouble()};
     for (std::size_t i = 0; i < map.count("objects"); ++i) {

@@ -13,6 +13,9 @@ namespace nido::sim {
 // A world before it is built. Objects stand where they shall be at the start.
 struct WorldDescription {
   std::vector<ObjectDescription> objects;  // the table first, if there is one
+  // Where joints stand at the start instead of at home: part name, angles of its joints in rad. Checked by
+  // the drives.
+  std::vector<std::pair<std::string, std::vector<double>>> posture_rad;
 };
 
 // Reads the world that the options name; docs/world.md describes the file. Random worlds are drawn here.

@@ -17,8 +17,8 @@ Darkroom::~Darkroom() {
 }
 
 std::future<Result<Image>> Darkroom::draw(std::shared_ptr<const SceneSnapshot> scene, const Camera& camera,
-                                          Image storage) {
-  Job job{std::move(scene), camera, std::move(storage), {}};
+                                          Image storage, Finish finish) {
+  Job job{std::move(scene), camera, std::move(storage), std::move(finish), {}};
   std::future<Result<Image>> picture = job.done.get_future();
   {
     const std::lock_guard lock(mutex_);
@@ -47,6 +47,7 @@ Result<Image> Darkroom::draw_now(Job& job) {
     drawn_ = job.scene;
   }
   if (Status drawn = renderer_.render(job.camera, job.picture); !drawn) return drawn.error();
+  if (job.finish) job.finish(job.picture);
   return std::move(job.picture);
 }
 

@@ -6,27 +6,38 @@
 namespace nido::sim {
 
 Result<std::unique_ptr<SimulatedCamera>> SimulatedCamera::create(std::shared_ptr<SimulatedRobot> robot,
-                                                                 Eye eye, const Camera& optics) {
+                                                                 Eye eye, const Camera& optics,
+                                                                 const NoiseOptions& noise) {
   if (Status valid = optics.check(); !valid) return valid.error();
-  return std::unique_ptr<SimulatedCamera>(new SimulatedCamera(std::move(robot), eye, optics));
+  std::shared_ptr<PictureNoise> made;
+  if (noise.blur_px != 0 || noise.noise_levels != 0) {
+    Result<PictureNoise> result = PictureNoise::create(noise);
+    if (!result) return result.error();
+    made = std::make_shared<PictureNoise>(std::move(*result));
+  }
+  return std::unique_ptr<SimulatedCamera>(
+      new SimulatedCamera(std::move(robot), eye, optics, std::move(made)));
 }
 
 Result<std::unique_ptr<SimulatedCamera>> SimulatedCamera::create_fixed(std::shared_ptr<SimulatedRobot> robot,
                                                                        const Camera& camera) {
   if (Status valid = camera.check(); !valid) return valid.error();
-  return std::unique_ptr<SimulatedCamera>(new SimulatedCamera(std::move(robot), std::nullopt, camera));
+  return std::unique_ptr<SimulatedCamera>(
+      new SimulatedCamera(std::move(robot), std::nullopt, camera, nullptr));
 }
 
 SimulatedCamera::SimulatedCamera(std::shared_ptr<SimulatedRobot> robot, std::optional<Eye> eye,
-                                 const Camera& camera)
-    : robot_(std::move(robot)), eye_(eye), camera_(camera) {}
+                                 const Camera& camera, std::shared_ptr<PictureNoise> noise)
+    : robot_(std::move(robot)), eye_(eye), camera_(camera), noise_(std::move(noise)) {}
 
 Status SimulatedCamera::open_shutter() {
   const std::lock_guard lock(mutex_);
   const std::lock_guard robot_lock(robot_->mutex());
   Camera camera = camera_;
   if (eye_) camera.X_WorldCamera = robot_->simulation().X_WorldCamera(*eye_);
-  picture_ = robot_->begin_picture(camera, std::move(storage_));
+  Darkroom::Finish finish;
+  if (noise_) finish = [noise = noise_](Image& picture) { noise->apply(picture); };
+  picture_ = robot_->begin_picture(camera, std::move(storage_), std::move(finish));
   storage_ = {};
   return {};
 }

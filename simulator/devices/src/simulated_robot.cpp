@@ -31,14 +31,15 @@ Status SimulatedRobot::step_to(std::int64_t now_ns) {
   return {};
 }
 
-std::future<Result<Image>> SimulatedRobot::begin_picture(const Camera& camera, Image storage) {
+std::future<Result<Image>> SimulatedRobot::begin_picture(const Camera& camera, Image storage,
+                                                         Darkroom::Finish finish) {
   if (!scene_) {
     auto scene = std::make_shared<SceneSnapshot>();
     simulation_->scene(*scene);
     scene_ = std::move(scene);
   }
   storage.stamp_ns = now_ns_.load();
-  return darkroom_.draw(scene_, camera, std::move(storage));
+  return darkroom_.draw(scene_, camera, std::move(storage), std::move(finish));
 }
 
 }  // namespace nido::sim

@@ -2,6 +2,7 @@
 
 #include <condition_variable>
 #include <deque>
+#include <functional>
 #include <future>
 #include <memory>
 #include <mutex>
@@ -23,15 +24,18 @@ class Darkroom {
   Darkroom& operator=(const Darkroom&) = delete;
 
   // Asks for a picture of a scene. Pictures of one scene in a row share their shadows. `storage` is reused
-  // for the pixels; its stamp is kept.
+  // for the pixels; its stamp is kept. `finish`, if any, is called with the drawn picture on the drawing
+  // thread.
+  using Finish = std::function<void(Image&)>;
   std::future<Result<Image>> draw(std::shared_ptr<const SceneSnapshot> scene, const Camera& camera,
-                                  Image storage);
+                                  Image storage, Finish finish = {});
 
  private:
   struct Job {
     std::shared_ptr<const SceneSnapshot> scene;
     Camera camera;
     Image picture;
+    Finish finish;
     std::promise<Result<Image>> done;
   };
   void work();

@@ -7,6 +7,7 @@
 
 #include "nido/interfaces/camera.h"
 #include "nido/simulator/devices/simulated_robot.h"
+#include "nido/simulator/render/picture_noise.h"
 
 namespace nido::sim {
 
@@ -14,10 +15,12 @@ namespace nido::sim {
 // for a picture, or from the opening of its shutter on, beside the simulation. Thread-safe.
 class SimulatedCamera final : public ICamera, public IShutter {
  public:
-  // The camera of an eye; only its optics are taken from `optics`, the pose follows the eye.
+  // The camera of an eye; only its optics are taken from `optics`, the pose follows the eye. `noise` is what
+  // a real camera adds to the ideal picture.
   static Result<std::unique_ptr<SimulatedCamera>> create(std::shared_ptr<SimulatedRobot> robot, Eye eye,
-                                                         const Camera& optics);
-  // A camera that stays where it is.
+                                                         const Camera& optics,
+                                                         const NoiseOptions& noise = {});
+  // A camera that stays where it is, without noise.
   static Result<std::unique_ptr<SimulatedCamera>> create_fixed(std::shared_ptr<SimulatedRobot> robot,
                                                                const Camera& camera);
 
@@ -26,11 +29,13 @@ class SimulatedCamera final : public ICamera, public IShutter {
   [[nodiscard]] Result<CameraInfo> info() const override;
 
  private:
-  SimulatedCamera(std::shared_ptr<SimulatedRobot> robot, std::optional<Eye> eye, const Camera& camera);
+  SimulatedCamera(std::shared_ptr<SimulatedRobot> robot, std::optional<Eye> eye, const Camera& camera,
+                  std::shared_ptr<PictureNoise> noise);
 
   std::shared_ptr<SimulatedRobot> robot_;
   std::optional<Eye> eye_;
   const Camera camera_;
+  const std::shared_ptr<PictureNoise> noise_;  // used by the drawing thread alone; null: none
   std::mutex mutex_;
   std::optional<std::future<Result<Image>>> picture_;  // taken, not delivered yet
   Image storage_;                                      // of the next picture

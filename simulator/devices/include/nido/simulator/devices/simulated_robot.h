@@ -54,8 +54,8 @@ class SimulatedRobot final : public ISteppable, public IClock {
   [[nodiscard]] FairMutex& mutex() const { return mutex_; }
   [[nodiscard]] Simulation& simulation() { return *simulation_; }
   [[nodiscard]] const Simulation& simulation() const { return *simulation_; }
-  // Begins a picture of the scene as it is now, to be stamped with the present time.
-  std::future<Result<Image>> begin_picture(const Camera& camera, Image storage);
+  // Begins a picture of the scene as it is now, to be stamped with the present time. See Darkroom::draw.
+  std::future<Result<Image>> begin_picture(const Camera& camera, Image storage, Darkroom::Finish finish);
   // Tells that the scene changed other than by a step: the world port made or moved something.
   void scene_changed() { scene_.reset(); }
 
