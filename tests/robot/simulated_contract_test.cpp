@@ -32,6 +32,33 @@ class SimulatedCameraRig final : public CameraRig {
 INSTANTIATE_TEST_SUITE_P(Simulated, CameraContract,
                          testing::Values([] { return std::make_unique<SimulatedCameraRig>(); }));
 
+// A static ball is put into the palm and taken away again.
+class SimulatedTouchRig final : public TouchRig {
+ public:
+  ITouch& touch() override { return touch_; }
+  void advance() override {
+    const Status stepped = robot_->step_to(robot_->now_ns() + kPeriod_ns);
+    if (!stepped) throw std::runtime_error(stepped.error().message);
+  }
+  bool press(int pad, bool pressed) override {
+    if (pad != 5) return false;
+    sim::SimulatedWorld world(robot_);
+    if (!pressed) return world.command("world del ssph 1") == "[ok]";
+    const Eigen::Isometry3d X_WorldPalm = required(robot_->simulation().X_WorldLink("r_hand"));
+    // a little below the palm's surface; the port's frame: x left, y up, z forward, origin on the floor
+    const Eigen::Vector3d p_World_m = X_WorldPalm * Eigen::Vector3d(0, 0, 0.012);
+    return world.command("world mk ssph 0.015 " + std::to_string(-p_World_m.y()) + " " +
+                         std::to_string(p_World_m.z() + 0.5976) + " " +
+                         std::to_string(-p_World_m.x() - 0.026) + " 1 0 0") == "[ok]";
+  }
+
+ private:
+  std::shared_ptr<sim::SimulatedRobot> robot_ = simulated_robot();
+  sim::SimulatedTouch touch_{robot_, sim::Hand::kRight};
+};
+INSTANTIATE_TEST_SUITE_P(Simulated, TouchContract,
+                         testing::Values([] { return std::make_unique<SimulatedTouchRig>(); }));
+
 TEST(SimulatedControlBoard, NamesThePartsThatThereAre) {
   const auto board = sim::SimulatedControlBoard::create(simulated_robot(), "tail");
   ASSERT_FALSE(board.ok());

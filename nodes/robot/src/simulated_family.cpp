@@ -58,7 +58,7 @@ Result<std::shared_ptr<sim::SimulatedRobot>> shared_robot(DeviceContext& context
 }
 
 using Robot = std::shared_ptr<sim::SimulatedRobot>;
-using Maker = Result<MadeDevice> (*)(const YAML::Node&, const Robot&);
+using Maker = Result<MadeDevice> (*)(const YAML::Node&, const Robot&, std::uint64_t seed);
 
 // a kind whose devices need the shared simulation
 DeviceKind kind(const std::string& name, std::vector<Field> fields, Maker make) {
@@ -66,7 +66,7 @@ DeviceKind kind(const std::string& name, std::vector<Field> fields, Maker make) 
           [make](const YAML::Node& parameters, DeviceContext& context) -> Result<MadeDevice> {
             const Result<Robot> robot = shared_robot(context);
             if (!robot) return robot.error();
-            return make(parameters, *robot);
+            return make(parameters, *robot, context.run.seed);
           }};
 }
 
@@ -77,7 +77,7 @@ Result<MadeDevice> as_device(Result<std::unique_ptr<Made>> made) {
   return MadeDevice{std::unique_ptr<Interface>(std::move(*made))};
 }
 
-Result<MadeDevice> make_control_board(const YAML::Node& parameters, const Robot& robot) {
+Result<MadeDevice> make_control_board(const YAML::Node& parameters, const Robot& robot, std::uint64_t) {
   return as_device<IControlBoard>(
       sim::SimulatedControlBoard::create(robot, parameters["part"].as<std::string>()));
 }
@@ -97,7 +97,7 @@ std::vector<Field> picture_fields(const std::string& width, const std::string& h
            .max = 4096}};
 }
 
-Result<MadeDevice> make_eye(const YAML::Node& parameters, const Robot& robot) {
+Result<MadeDevice> make_eye(const YAML::Node& parameters, const Robot& robot, std::uint64_t seed) {
   sim::Camera optics;
   optics.width = parameters["width"].as<int>();
   optics.height = parameters["height"].as<int>();
@@ -106,10 +106,13 @@ Result<MadeDevice> make_eye(const YAML::Node& parameters, const Robot& robot) {
   optics.cx_px = optics.width / 2.0;
   optics.cy_px = optics.height / 2.0;
   const sim::Eye eye = parameters["eye"].as<std::string>() == "left" ? sim::Eye::kLeft : sim::Eye::kRight;
-  return as_device<ICamera>(sim::SimulatedCamera::create(robot, eye, optics));
+  // the two eyes must not see the same noise
+  const sim::NoiseOptions noise{parameters["blur_px"].as<double>(), parameters["noise_levels"].as<double>(),
+                                2 * seed + (eye == sim::Eye::kLeft ? 1 : 2)};
+  return as_device<ICamera>(sim::SimulatedCamera::create(robot, eye, optics, noise));
 }
 
-Result<MadeDevice> make_fixed_camera(const YAML::Node& parameters, const Robot& robot) {
+Result<MadeDevice> make_fixed_camera(const YAML::Node& parameters, const Robot& robot, std::uint64_t) {
   const auto point = [&](const std::string& name) {
     return Eigen::Vector3d(parameters[name + "_x_m"].as<double>(), parameters[name + "_y_m"].as<double>(),
                            parameters[name + "_z_m"].as<double>());
@@ -130,6 +133,18 @@ std::vector<Field> eye_fields() {
                     .meaning = "field of view",
                     .min = 1,
                     .max = 170});
+  fields.push_back({.key = "blur_px",
+                    .kind = ValueKind::kNumber,
+                    .fallback = "0",
+                    .meaning = "blur of the lens",
+                    .min = 0,
+                    .max = 5});
+  fields.push_back({.key = "noise_levels",
+                    .kind = ValueKind::kNumber,
+                    .fallback = "0",
+                    .meaning = "noise of each colour of each pixel, of 255",
+                    .min = 0,
+                    .max = 64});
   return fields;
 }
 
@@ -158,13 +173,13 @@ std::vector<DeviceKind> simulated_family() {
       kind("sim/fixed_camera", fixed_camera_fields(), &make_fixed_camera),
       kind("sim/touch",
            {{.key = "hand", .required = true, .meaning = "which one", .allowed = {"left", "right"}}},
-           [](const YAML::Node& parameters, const Robot& robot) -> Result<MadeDevice> {
+           [](const YAML::Node& parameters, const Robot& robot, std::uint64_t) -> Result<MadeDevice> {
              const sim::Hand hand =
                  parameters["hand"].as<std::string>() == "left" ? sim::Hand::kLeft : sim::Hand::kRight;
              return MadeDevice{std::unique_ptr<ITouch>(std::make_unique<sim::SimulatedTouch>(robot, hand))};
            }),
       kind("sim/world", {},
-           [](const YAML::Node&, const Robot& robot) -> Result<MadeDevice> {
+           [](const YAML::Node&, const Robot& robot, std::uint64_t) -> Result<MadeDevice> {
              return MadeDevice{std::unique_ptr<IWorld>(std::make_unique<sim::SimulatedWorld>(robot))};
            }),
       kind("sim/force_torque",
@@ -172,12 +187,12 @@ std::vector<DeviceKind> simulated_family() {
              .required = true,
              .meaning = "which one",
              .allowed = {"left_arm", "right_arm", "left_leg", "right_leg"}}},
-           [](const YAML::Node& parameters, const Robot& robot) -> Result<MadeDevice> {
+           [](const YAML::Node& parameters, const Robot& robot, std::uint64_t) -> Result<MadeDevice> {
              return as_device<IForceTorque>(
                  sim::SimulatedForceTorque::create(robot, parameters["limb"].as<std::string>()));
            }),
       kind("sim/inertial", {},
-           [](const YAML::Node&, const Robot& robot) -> Result<MadeDevice> {
+           [](const YAML::Node&, const Robot& robot, std::uint64_t) -> Result<MadeDevice> {
              return MadeDevice{std::unique_ptr<IInertial>(std::make_unique<sim::SimulatedInertial>(robot))};
            }),
   };
