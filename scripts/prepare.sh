@@ -31,7 +31,7 @@ install_missing() {
   done
   [ ${#missing[@]} -gt 0 ] || return 0
 
-  say "installing ${#missing[@]} Debian packages that nido builds and runs with (--no-install skips this):"
+  say "installing ${#missing[@]} Debian packages that nido builds and runs with, some minutes (--no-install skips this):"
   printf '%s\n' "${lines[@]}" >&2
   local -a as_root=()
   if [ "$(id -u)" -ne 0 ]; then
