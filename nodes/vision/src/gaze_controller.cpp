@@ -210,7 +210,11 @@ GazeController::Output GazeController::step(Time now, double period_s, const Hea
   const bool needs_sight = goal_.mode != "rest" && goal_.mode != "point";
   const bool in_sight = target && target->age_s < 0.2;
   const Eigen::Vector3d looked_for = needs_sight && in_sight ? target->p_Root_m : p_RootLook_m_;
-  out.status.fixated = still && (!needs_sight || in_sight) && off_px(looked_for) < settings_.fixated_px;
+  // what lies too near to be centred within the joints' limits is fixated as well as it can be
+  const Eigen::Vector4d best = pixel_error(looked_for, torso_rad, wanted);
+  const double best_px = std::max(best.head<2>().norm(), best.tail<2>().norm());
+  const double allowed_px = std::max(settings_.fixated_px, best_px + settings_.fixated_px / 2);
+  out.status.fixated = still && (!needs_sight || in_sight) && off_px(looked_for) < allowed_px;
   return out;
 }
 
