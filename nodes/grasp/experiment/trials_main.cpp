@@ -32,7 +32,7 @@ Result<std::string> ask(Node& node, const std::string& line) {
 }
 
 Result<double> object_height_m(Node& node, const std::string& object) {
-  auto answer = ask(node, "world truth pose \"" + object + "\"");
+  auto answer = ask(node, "world where \"" + object + "\"");
   if (!answer) return answer.error();
   std::istringstream in(*answer);
   double x = 0;
