@@ -34,6 +34,7 @@ namespace fs = std::filesystem;
 
 struct Request : ExperimentRequest {
   std::vector<std::string> say = {"drop blue cube into basket", "grasp red ball", "reach green cube"};
+  std::string app = "speech_and_action";
   std::string world = "random_table";
   std::string robot;
   int domain = 0;          // of the first job; 0: chosen
@@ -271,7 +272,7 @@ class Experiment {
     ++next_;
     std::vector<std::string> arguments = {nido_.string(),
                                           "launch",
-                                          "speech_and_action",
+                                          request_.app,
                                           "--say",
                                           job.trial.phrase,
                                           "--seed",
@@ -386,6 +387,7 @@ int main(int argc, char** argv) {
                  "phrases, taken in turn, separated by commas; 'all' for every known one")
       ->delimiter(',')
       ->capture_default_str();
+  app.add_option("--app", request.app, "app file or name")->capture_default_str();
   app.add_option("--world", request.world, "world file or name")->capture_default_str();
   app.add_option("--robot", request.robot, "robot file or name (default: the app's)");
   app.add_option("--domain", request.domain,
