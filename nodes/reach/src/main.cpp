@@ -146,8 +146,8 @@ Status send(Ports& ports, Time now, const Joints& q) {
 }
 
 Status act(Node& node, const SettingsPaths& paths, const std::string& side, const PlannerOptions& planner,
-           bool home_at_start) {
-  auto core = make_reach_core(paths, side, planner);
+           bool paper_network_alone, bool home_at_start) {
+  auto core = make_reach_core(paths, side, paper_network_alone, planner);
   if (!core) return core.error();
   auto ports = open_ports(node, false);
   if (!ports) return ports.error();
@@ -232,7 +232,15 @@ Status babble(Node& node, const SettingsPaths& paths, const std::string& side) {
   std::size_t reported = 0;
   double last_status_s = -1.0;
   double last_gaze_s = -1.0;
-  return node.run([&](Time now) -> Status {
+  const auto save = [&]() -> Status {
+    written = true;
+    const std::string command_line =
+        "nido experiment run reach-learning --seed " + std::to_string(options.seed);
+    if (auto saved = save_samples(*out, babbling.samples(), command_line); !saved) return saved;
+    node.log_info("babbling: " + std::to_string(babbling.samples().size()) + " samples in " + *out);
+    return {};
+  };
+  const Status ended = node.run([&](Time now) -> Status {
     const auto measured = encoders.take(*ports);
     const auto hand = take_hand(*ports, side);
     const auto command = babbling.step(now.seconds(), measured, hand);
@@ -245,11 +253,7 @@ Status babble(Node& node, const SettingsPaths& paths, const std::string& side) {
                     " samples");
     }
     if (babbling.complete() && !written) {
-      written = true;
-      const std::string command_line =
-          "nido experiment run reach-learning --seed " + std::to_string(options.seed);
-      if (auto saved = save_samples(*out, babbling.samples(), command_line); !saved) return saved;
-      node.log_info("babbling: " + std::to_string(babbling.samples().size()) + " samples in " + *out);
+      if (auto saved = save(); !saved) return saved;
     }
     if (measured && now.seconds() - last_gaze_s >= kGazePeriod_s) {
       last_gaze_s = now.seconds();
@@ -282,6 +286,11 @@ Status babble(Node& node, const SettingsPaths& paths, const std::string& side) {
     }
     return {};
   });
+  // ended early: what was gathered is kept
+  if (!written && !babbling.samples().empty()) {
+    if (auto saved = save(); !saved) return saved;
+  }
+  return ended;
 }
 
 Status run(Node& node) {
@@ -322,7 +331,14 @@ Status run(Node& node) {
   }
   auto home_at_start = node.parameter<bool>("home_at_start", true);
   if (!home_at_start) return home_at_start.error();
-  return act(node, paths, *side, planner, *home_at_start);
+  auto controller = node.parameter<std::string>("controller", "learned");
+  if (!controller) return controller.error();
+  if (*controller != "learned" && *controller != "network") {
+    return Error{ErrorCode::kInvalidArgument,
+                 "parameter controller is '" + *controller +
+                     "'; allowed: learned, network (the paper's alone, for point)"};
+  }
+  return act(node, paths, *side, planner, *controller == "network", *home_at_start);
 }
 
 }  // namespace

@@ -147,11 +147,12 @@ Status ReachCore::plan(const ReachGoal& goal) {
   if (goal.action == "home") return plan_home();
   if (goal.action == "lift") return plan_lift(goal);
   if (goal.action == "carry") return plan_carry(goal);
+  if (goal.action == "point") return plan_point(goal);
   if (goal.action == "reach") return plan_approach(goal, options_.reach_posture);
   if (goal.action == "pregrasp") return plan_approach(goal, grasp_posture(goal.object));
   return Error{
       ErrorCode::kInvalidArgument,
-      "action '" + goal.action + "' is unknown; reach knows reach, pregrasp, lift, carry, home, stop"};
+      "action '" + goal.action + "' is unknown; reach knows reach, pregrasp, lift, carry, point, home, stop"};
 }
 
 Status ReachCore::plan_approach(const ReachGoal& goal, const PalmPosture& posture) {
@@ -165,6 +166,35 @@ Status ReachCore::plan_approach(const ReachGoal& goal, const PalmPosture& postur
   stages_.push_back(Straight{approach->goal, options_.approach_speed_m_s, 0.4});
   stages_.push_back(Look{options_.settle_s, approach->goal});
   p_PalmHeld_m_ = approach->goal.X_RootPalm.inverse() * goal.p_Root_m;
+  return {};
+}
+
+Status ReachCore::plan_point(const ReachGoal& goal) {
+  PalmGoal mark;
+  mark.p_PalmTool_m = planner_.seen_hand().p_PalmMark_m();
+  // palm down where that costs nothing: then the eyes see the mark
+  mark.X_RootPalm.linear() = options_.reach_posture.X_ObjectPalm.linear();
+  mark.X_RootPalm.translation() = goal.p_Root_m - mark.X_RootPalm.linear() * mark.p_PalmTool_m;
+  mark.turn_weight = Eigen::Vector3d::Constant(0.02);
+  Joints there = Joints::Zero();
+  if (options_.paper_network_alone) {
+    const auto& network = planner_.postures();
+    if (!network) return Error{ErrorCode::kNotFound, "the paper's network was not loaded"};
+    there.segment<PostureNetwork::kOutputs>(kTorsoJoints) = network->posture_rad(goal.p_Root_m);
+    there = planner_.chain().clamped(there);
+  } else {
+    auto posture = planner_.posture_for(mark, *command_);
+    if (!posture) return posture.error();
+    there = *posture;
+  }
+  auto way = planner_.free_way(*command_, there);
+  if (!way) return way.error();
+  stages_.push_back(Move{std::move(*way), mark, true});
+  stages_.push_back(Look{options_.look_s, mark});
+  if (!options_.paper_network_alone) {
+    stages_.push_back(Straight{mark, options_.approach_speed_m_s, 0.4});
+    stages_.push_back(Look{options_.settle_s, mark});
+  }
   return {};
 }
 

@@ -117,7 +117,7 @@ PalmPosture default_reach_posture() {
 }
 
 Result<ReachCore> make_reach_core(const SettingsPaths& paths, const std::string& side,
-                                  const PlannerOptions& planner) {
+                                  bool paper_network_alone, const PlannerOptions& planner) {
   auto body = load_body(paths.urdf, side);
   if (!body) return body.error();
   const std::string command = "nido experiment run reach-learning";
@@ -136,6 +136,7 @@ Result<ReachCore> make_reach_core(const SettingsPaths& paths, const std::string&
   auto grasp_postures = load_grasp_postures(paths.postures);
   if (!grasp_postures) return grasp_postures.error();
   ReachOptions options;
+  options.paper_network_alone = paper_network_alone;
   options.grasp_postures = std::move(*grasp_postures);
   options.reach_posture = default_reach_posture();
   return ReachCore(

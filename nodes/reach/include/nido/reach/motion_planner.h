@@ -71,6 +71,7 @@ class MotionPlanner {
 
   [[nodiscard]] const ArmChain& chain() const { return chain_; }
   [[nodiscard]] const SeenHandModel& seen_hand() const { return seen_hand_; }
+  [[nodiscard]] const std::optional<PostureNetwork>& postures() const { return postures_; }
   [[nodiscard]] const PlannerOptions& options() const { return options_; }
   [[nodiscard]] const std::vector<SeenObject>& objects() const { return objects_; }
 

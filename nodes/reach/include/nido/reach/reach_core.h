@@ -18,10 +18,10 @@ namespace nido::reach {
 // What reach is asked to do (nido_msgs/ActionGoal).
 struct ReachGoal {
   std::uint32_t id = 0;
-  std::string action;  // "reach", "pregrasp", "lift", "carry", "home", "stop"
+  std::string action;  // "reach", "pregrasp", "lift", "carry", "point", "home", "stop"
   std::string object;  // "blue cube"; its last word is the shape
-  // reach, pregrasp: the object's centre. lift, carry: where the held object's centre shall go (lift uses the
-  // height alone).
+  // reach, pregrasp: the object's centre. point: where the mark on the hand shall go. lift, carry: where the
+  // held object's centre shall go (lift uses the height alone).
   Eigen::Vector3d p_Root_m = Eigen::Vector3d::Zero();
   Eigen::Vector3d size_m = Eigen::Vector3d::Zero();
   double yaw_rad = 0.0;
@@ -62,6 +62,7 @@ struct ReachOutput {
 struct ReachOptions {
   std::map<std::string, PalmPosture> grasp_postures;  // by shape; "" for shapes that are not named
   PalmPosture reach_posture;                          // over a thing, without touching it
+  bool paper_network_alone = false;  // point: the posture that the paper's network gives, nothing else
   double approach_speed_m_s = 0.06;
   double lift_speed_m_s = 0.08;
   double lift_height_m = 0.12;  // when the goal's position says nothing about it
@@ -112,6 +113,7 @@ class ReachCore {
   void begin(const ReachGoal& goal);
   Status plan(const ReachGoal& goal);
   Status plan_approach(const ReachGoal& goal, const PalmPosture& posture);
+  Status plan_point(const ReachGoal& goal);
   Status plan_lift(const ReachGoal& goal);
   Status plan_carry(const ReachGoal& goal);
   Status plan_home();

@@ -35,6 +35,6 @@ Result<std::map<std::string, PalmPosture>> load_grasp_postures(const std::string
 
 // Everything put together. Fails when a file is missing or wrong, naming it and the command that makes it.
 Result<ReachCore> make_reach_core(const SettingsPaths& paths, const std::string& side,
-                                  const PlannerOptions& planner);
+                                  bool paper_network_alone, const PlannerOptions& planner);
 
 }  // namespace nido::reach

@@ -1,0 +1,294 @@
+// nido-reach-trials: puts a ball at random places in the air, has the robot look at it and bring the mark on
+// its hand there, and measures how far off the mark really is. The judge of the experiment reach-accuracy: it
+// alone asks the world port.
+#include <fmt/format.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <random>
+
+#include "nido/launcher/paths.h"
+#include "nido/middleware/node.h"
+#include "nido/middleware/typed_port.h"
+#include "nido/msgs/types.h"
+#include "nido/reach/settings.h"
+
+namespace {
+
+using namespace nido;         // NOLINT(google-build-using-namespace): a program's own file
+using namespace nido::reach;  // NOLINT(google-build-using-namespace)
+
+constexpr const char* kWorldPort = "/icubSim/world";
+constexpr const char* kBall = "red ball";
+constexpr double kBallRadius_m = 0.03;
+constexpr double kFloor_m = -0.5976;  // root frame
+constexpr int kViewsOfBall = 5;
+constexpr double kSeeLimit_s = 8.0;
+constexpr double kActLimit_s = 30.0;
+
+msgs::Header header_at(Time now) {
+  msgs::Header header;
+  header.stamp().sec(static_cast<std::int32_t>(now.ns / 1'000'000'000));
+  header.stamp().nanosec(static_cast<std::uint32_t>(now.ns % 1'000'000'000));
+  return header;
+}
+
+double seconds_of(const msgs::Header& header) {
+  return header.stamp().sec() + 1e-9 * header.stamp().nanosec();
+}
+
+nlohmann::json json_of(const Eigen::Vector3d& p) { return {p.x(), p.y(), p.z()}; }
+
+// The world as it really is.
+class World {
+ public:
+  explicit World(Node& node) : node_(node) {}
+
+  Status put_ball(const Eigen::Vector3d& p_Root_m) {
+    const std::string place = fmt::format("{} {} {}", -p_Root_m.y(), p_Root_m.z() - kFloor_m, -p_Root_m.x());
+    const std::string line = made_
+                                 ? "world set ssph 1 " + place
+                                 : fmt::format("world mk ssph {} {} 0.85 0.05 0.05 0", kBallRadius_m, place);
+    auto answer = node_.call(kWorldPort, line, 10.0);
+    if (!answer) return answer.error();
+    if (answer->find("fail") != std::string::npos) {
+      return Error{ErrorCode::kFailed, fmt::format("the world answered '{}' to '{}'", *answer, line)};
+    }
+    made_ = true;
+    return {};
+  }
+  Result<Eigen::Vector3d> mark_Root_m(const std::string& side, const Eigen::Vector3d& p_PalmMark_m) {
+    auto answer = node_.call(kWorldPort, "world palm " + side, 10.0);
+    if (!answer) return answer.error();
+    std::vector<double> values;
+    for (const char* at = answer->c_str();;) {
+      char* end = nullptr;
+      const double value = std::strtod(at, &end);
+      if (end == at) break;
+      values.push_back(value);
+      at = end;
+    }
+    if (values.size() != 7) {
+      return Error{ErrorCode::kFailed,
+                   fmt::format("the world answered '{}' to 'world palm {}'", *answer, side)};
+    }
+    const Eigen::Quaterniond turn(values[6], values[3], values[4], values[5]);
+    return Eigen::Vector3d(Eigen::Vector3d(values[0], values[1], values[2]) +
+                           turn.normalized() * p_PalmMark_m);
+  }
+
+ private:
+  Node& node_;
+  bool made_ = false;
+};
+
+struct Settings {
+  int trials = 62;
+  std::string file;
+  std::string side;
+  Eigen::Vector3d p_PalmMark_m = Eigen::Vector3d::Zero();
+};
+
+// What happens, ball after ball.
+class Trials {
+ public:
+  Trials(Node& node, Settings settings)
+      : node_(node), settings_(std::move(settings)), world_(node), random_(node.options().seed) {}
+
+  Status open() {
+    auto objects = node_.open_input<msgs::Percepts>("/trials/objects:i", Profile::kState);
+    if (!objects) return objects.error();
+    objects_ = std::move(*objects);
+    auto status = node_.open_input<msgs::ActionStatus>("/trials/status:i", Profile::kEvent);
+    if (!status) return status.error();
+    status_ = std::move(*status);
+    auto gaze = node_.open_output<msgs::GazeGoal>("/trials/gaze:o", Profile::kEvent);
+    if (!gaze) return gaze.error();
+    gaze_ = std::move(*gaze);
+    auto goal = node_.open_output<msgs::ActionGoal>("/trials/goal:o", Profile::kEvent);
+    if (!goal) return goal.error();
+    goal_ = std::move(*goal);
+    auto outcome = node_.open_output<msgs::StageEvent>("/trials/outcome:o", Profile::kEvent);
+    if (!outcome) return outcome.error();
+    outcome_ = std::move(*outcome);
+    return {};
+  }
+
+  Status step(Time now) {
+    while (auto status = status_->take()) last_status_ = *status;
+    const double t = now.seconds();
+    switch (phase_) {
+      case Phase::kHome:
+        if (!asked_) return ask(now, "home", Eigen::Vector3d::Zero());
+        if (ended() || t - phase_begin_s_ > kActLimit_s) enter(Phase::kPlace, t);
+        return {};
+      case Phase::kPlace: {
+        std::uniform_real_distribution<double> share(0.0, 1.0);
+        ball_Root_m_ = {-0.22 - 0.14 * share(random_), 0.0 + 0.22 * share(random_),
+                        -0.04 + 0.16 * share(random_)};
+        if (auto put = world_.put_ball(ball_Root_m_); !put) return put;
+        enter(Phase::kSee, t);
+        return {};
+      }
+      case Phase::kSee:
+        return see(now);
+      case Phase::kAct:
+        if (!asked_) return ask(now, "point", seen_Root_m_);
+        if (ended() || t - phase_begin_s_ > kActLimit_s) return measure(now);
+        return {};
+      case Phase::kOver:
+        return announce(now);
+    }
+    return {};
+  }
+
+ private:
+  enum class Phase { kHome, kPlace, kSee, kAct, kOver };
+
+  void enter(Phase phase, double now_s) {
+    phase_ = phase;
+    phase_begin_s_ = now_s;
+    asked_ = false;
+    views_ = 0;
+    seen_Root_m_ = phase == Phase::kAct ? seen_Root_m_ : Eigen::Vector3d::Zero();
+  }
+
+  Status ask(Time now, const std::string& action, const Eigen::Vector3d& p_Root_m) {
+    msgs::ActionGoal goal;
+    goal.header(header_at(now));
+    goal.id(++id_);
+    goal.action(action);
+    goal.object(kBall);
+    goal.position().x(p_Root_m.x());
+    goal.position().y(p_Root_m.y());
+    goal.position().z(p_Root_m.z());
+    asked_ = true;
+    phase_begin_s_ = now.seconds();
+    return goal_->write(goal);
+  }
+
+  [[nodiscard]] bool ended() const {
+    return last_status_ && last_status_->id() == id_ && last_status_->state() != "running";
+  }
+
+  Status see(Time now) {
+    const double t = now.seconds();
+    if (!asked_ || t - last_gaze_s_ > 0.5) {
+      msgs::GazeGoal gaze;
+      gaze.header(header_at(now));
+      // as a person who shows something: the eyes are led to about where it is, what they measure is their
+      // own
+      gaze.mode(views_ > 0 ? "object" : "search");
+      gaze.target(kBall);
+      asked_ = true;
+      last_gaze_s_ = t;
+      if (auto sent = gaze_->write(gaze); !sent) return sent;
+    }
+    if (auto percepts = objects_->take_latest();
+        percepts && seconds_of(percepts->header()) > phase_begin_s_ + 1.0) {
+      for (const auto& object : percepts->objects()) {
+        if (object.name() != kBall) continue;
+        const Eigen::Vector3d p(object.position().x(), object.position().y(), object.position().z());
+        seen_Root_m_ += (p - seen_Root_m_) / ++views_;
+      }
+    }
+    if (views_ >= kViewsOfBall) {
+      enter(Phase::kAct, t);
+    } else if (t - phase_begin_s_ > kSeeLimit_s) {
+      results_.push_back({{"object", json_of(ball_Root_m_)}, {"outcome", "not seen"}});
+      return next(t);
+    }
+    return {};
+  }
+
+  Status measure(Time now) {
+    const auto mark = world_.mark_Root_m(settings_.side, settings_.p_PalmMark_m);
+    if (!mark) return mark.error();
+    const bool done = ended() && last_status_->state() == "done";
+    results_.push_back({{"object", json_of(ball_Root_m_)},
+                        {"seen", json_of(seen_Root_m_)},
+                        {"hand", json_of(*mark)},
+                        {"hand_error_m", (*mark - ball_Root_m_).norm()},
+                        {"seen_error_m", (seen_Root_m_ - ball_Root_m_).norm()},
+                        {"duration_s", now.seconds() - phase_begin_s_},
+                        {"outcome", done      ? "done"
+                                    : ended() ? last_status_->reason()
+                                              : "no end within its time"}});
+    node_.log_info(fmt::format("ball {} of {}: hand {:.1f} mm from it, seen {:.1f} mm from where it is",
+                               results_.size(), settings_.trials, 1000.0 * (*mark - ball_Root_m_).norm(),
+                               1000.0 * (seen_Root_m_ - ball_Root_m_).norm()));
+    return next(now.seconds());
+  }
+
+  Status next(double now_s) {
+    std::ofstream file(settings_.file, std::ios::trunc);
+    file << nlohmann::json{{"trials", results_}, {"sim_s", now_s}}.dump(1) << '\n';
+    file.flush();
+    if (!file) return Error{ErrorCode::kFailed, settings_.file + ": cannot be written"};
+    enter(static_cast<int>(results_.size()) < settings_.trials ? Phase::kHome : Phase::kOver, now_s);
+    return {};
+  }
+
+  Status announce(Time now) {
+    if (now.seconds() - last_gaze_s_ < 0.5) return {};
+    last_gaze_s_ = now.seconds();
+    msgs::StageEvent event;
+    event.header(header_at(now));
+    event.stage("outcome");
+    event.state("done");
+    event.text(fmt::format("{} balls in {}", results_.size(), settings_.file));
+    return outcome_->write(event);
+  }
+
+  Node& node_;
+  Settings settings_;
+  World world_;
+  std::mt19937_64 random_;
+  std::unique_ptr<Input<msgs::Percepts>> objects_;
+  std::unique_ptr<Input<msgs::ActionStatus>> status_;
+  std::unique_ptr<Output<msgs::GazeGoal>> gaze_;
+  std::unique_ptr<Output<msgs::ActionGoal>> goal_;
+  std::unique_ptr<Output<msgs::StageEvent>> outcome_;
+  std::optional<msgs::ActionStatus> last_status_;
+  Phase phase_ = Phase::kHome;
+  double phase_begin_s_ = 0.0;
+  double last_gaze_s_ = -10.0;
+  bool asked_ = false;
+  std::uint32_t id_ = 0;
+  int views_ = 0;
+  Eigen::Vector3d ball_Root_m_ = Eigen::Vector3d::Zero();
+  Eigen::Vector3d seen_Root_m_ = Eigen::Vector3d::Zero();
+  nlohmann::json results_ = nlohmann::json::array();
+};
+
+Status run(Node& node) {
+  const auto places = find_places();
+  if (!places) return places.error();
+  Settings settings;
+  auto urdf = node.parameter<std::string>("urdf", (places->config / "robots" / "icub.urdf").string());
+  if (!urdf) return urdf.error();
+  auto side = node.parameter<std::string>("side", "right");
+  if (!side) return side.error();
+  auto trials = node.parameter<int>("trials", settings.trials);
+  if (!trials) return trials.error();
+  auto file = node.parameter<std::string>("file", "reach_trials.json");
+  if (!file) return file.error();
+  if (*trials < 1) {
+    return Error{ErrorCode::kInvalidArgument,
+                 fmt::format("parameter trials is {}; expected 1 or more", *trials)};
+  }
+  const auto body = load_body(*urdf, *side);
+  if (!body) return body.error();
+  settings = {*trials, *file, *side, body->p_PalmMark_m};
+  Trials procedure(node, settings);
+  if (Status opened = procedure.open(); !opened) return opened;
+  node.set_ready();
+  return node.run([&](Time now) { return procedure.step(now); });
+}
+
+}  // namespace
+
+int main(int argc, char** argv) { return nido::node_main(argc, argv, "trials", run); }
