@@ -15,6 +15,10 @@ constexpr const char* kTickTopic = "rt/nido/tick";
 constexpr const char* kDoneTopic = "rt/nido/tick_done";
 constexpr std::uint64_t kLeaves = std::numeric_limits<std::uint64_t>::max();
 
+// The protocol sends again what was lost on the way, so this long means a fault: the run goes on, but is not
+// repeatable.
+constexpr double kPatience_s = 10.0;
+
 using Steady = std::chrono::steady_clock;
 
 Quality barrier_quality(int depth) {
@@ -81,13 +85,13 @@ bool collect_inputs(const LockstepContext& context, const Sequences& written) {
     context.book->each_input([&](InputRecord& port) { all = all && port.arrived(); });
     return all || context.is_stopped();
   };
-  if (!context.book->arrivals()->wait(arrived, 2.0)) {
+  if (!context.book->arrivals()->wait(arrived, kPatience_s)) {
     std::string missing;
     context.book->each_input([&](InputRecord& port) {
       const std::string text = port.missing();
       missing += (missing.empty() || text.empty() ? "" : ", ") + text;
     });
-    context.warning("went on without messages that did not arrive within 2 s: " + missing);
+    context.warning("went on without messages that did not arrive within 10 s: " + missing);
   }
   if (context.is_stopped()) {
     return false;

@@ -41,6 +41,8 @@ dds::DomainParticipantQos participant_qos(const std::string& node_name) {
   shared_memory->segment_size(segment_size_bytes());
   shared_memory->max_message_size(2U << 20U);
   shared_memory->port_queue_capacity(2048);
+  // a process that gets no processor for a second is not a dead one
+  shared_memory->healthy_check_timeout_ms(4000);
   qos.transport().user_transports.push_back(shared_memory);
 
   // this machine only
@@ -63,8 +65,8 @@ dds::DomainParticipantQos participant_qos(const std::string& node_name) {
   builtin.metatrafficMulticastLocatorList.push_back(multicast);
   builtin.avoid_builtin_multicast = false;
 
-  builtin.discovery_config.leaseDuration = {2, 0};
-  builtin.discovery_config.leaseDuration_announcementperiod = {0, 400'000'000};
+  builtin.discovery_config.leaseDuration = {3, 0};
+  builtin.discovery_config.leaseDuration_announcementperiod = {0, 500'000'000};
   builtin.discovery_config.initial_announcements.count = 5;
   builtin.discovery_config.initial_announcements.period = {0, 50'000'000};
   return qos;

@@ -77,6 +77,50 @@ TEST(Lockstep, SixNodesStepInWellUnderAMillisecond) {
   EXPECT_LT(us_per_tick, 10000);
 }
 
+std::vector<std::string> lockstep_arguments(const std::string& what, const std::vector<std::string>& more) {
+  std::vector<std::string> arguments{what, "--domain", std::to_string(own_domain()), "--clock", "lockstep"};
+  arguments.insert(arguments.end(), more.begin(), more.end());
+  return arguments;
+}
+
+TEST(Lockstep, AKilledMemberIsLeftBehindAndCanJoinAgain) {
+  const std::vector<std::string> steady{"--name",         "steady",    "--set",
+                                        "jitter_us=1000", "--connect", "/fragile/out:o=/steady/in:i"};
+  const std::vector<std::string> fragile{"--name", "fragile", "--connect", "/owner/out:o=/fragile/in:i"};
+  ChildProcess owner(NIDO_TEST_PEER, lockstep_arguments("owner", {"--set", "lockstep.nodes=[steady, fragile]",
+                                                                  "--set", "ticks=100000"}));
+  ChildProcess member(NIDO_TEST_PEER, lockstep_arguments("member", steady));
+  {
+    ChildProcess victim(NIDO_TEST_PEER, lockstep_arguments("member", fragile));
+    ASSERT_EQ(owner.line_with("TICKING"), "");
+    victim.signal(SIGKILL);
+    victim.wait_for_end();
+  }
+  EXPECT_NE(owner.line_with("[owner] warning: node fragile ended without leaving the lockstep"), "(none)")
+      << owner.seen();
+  ChildProcess again(NIDO_TEST_PEER, lockstep_arguments("member", fragile));
+  EXPECT_EQ(again.line_with("TICKING"), "") << "the second life works again";
+  // a polite end needs no warning
+  again.signal(SIGTERM);
+  EXPECT_NE(again.line_with("HASH "), "(none)");
+  EXPECT_EQ(again.wait_for_end(), 0);
+  owner.signal(SIGTERM);
+  EXPECT_EQ(owner.wait_for_end(), 0);
+  EXPECT_EQ(owner.seen().find("fragile ended", owner.seen().find("fragile ended") + 1), std::string::npos)
+      << owner.seen();
+}
+
+TEST(Lockstep, TheFirstTickWaitsForEveryExpectedNodeAndSaysForWhom) {
+  ChildProcess owner(NIDO_TEST_PEER,
+                     lockstep_arguments("owner", {"--set", "lockstep.nodes=[late]", "--set", "ticks=20"}));
+  EXPECT_EQ(owner.line_with("[owner] info: waits with the first tick: "), "node late is not there");
+  ChildProcess late(NIDO_TEST_PEER, lockstep_arguments("member", {"--name", "late"}));
+  EXPECT_NE(owner.line_with("HASH "), "(none)");
+  late.signal(SIGTERM);
+  // it has seen every tick
+  EXPECT_TRUE(late.line_with("HASH ").ends_with(" 20"));
+}
+
 }  // namespace
 
 }  // namespace nido::testing

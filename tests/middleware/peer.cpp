@@ -68,7 +68,9 @@ Status member(Node& node) {
     if (*most_us > 0) {
       std::this_thread::sleep_for(std::chrono::microseconds(chance() % static_cast<unsigned>(*most_us)));
     }
-    ++ticks;
+    if (++ticks == 1) {
+      say("TICKING");
+    }
     (void)(*out)->write(words("first " + hash.text()));
     (void)(*out)->write(words("second " + hash.text()));
     if (ticks % 3 == 0) {
@@ -97,6 +99,9 @@ Status owner(Node& node) {
     (void)(*out)->write(words("tick " + hash.text()));
     if (auto status = node.publish_clock(now); !status) {
       return status;
+    }
+    if (tick == 10) {
+      say("TICKING");
     }
     if (tick == 1) {
       begin = std::chrono::steady_clock::now();

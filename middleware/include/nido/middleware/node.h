@@ -138,13 +138,17 @@ Result<T> Node::parameter(const std::string& key, const T& value_if_absent) {
   place.reset(options().parameters);
   for (std::size_t begin = 0; begin <= key.size();) {
     const std::size_t end = std::min(key.find('.', begin), key.size());
-    if (!place.IsMap() || !place[key.substr(begin, end - begin)]) {
+    // const: else looking for a key that is absent would add it
+    const YAML::Node& group = place;
+    const YAML::Node inner =
+        group.IsMap() ? group[key.substr(begin, end - begin)] : YAML::Node(YAML::NodeType::Undefined);
+    if (!inner.IsDefined()) {
       YAML::Node fallback;
       fallback = value_if_absent;
       note_parameter(key, YAML::Dump(fallback));
       return value_if_absent;
     }
-    place.reset(place[key.substr(begin, end - begin)]);
+    place.reset(inner);
     begin = end + 1;
   }
   try {
