@@ -33,6 +33,12 @@ const Schema& simulation_schema() {
         .fallback = "4",
         .meaning = "samples a pixel, 1 or 4",
         .min = 1,
+        .max = 4},
+       {.key = "brightness",
+        .kind = ValueKind::kNumber,
+        .fallback = "1",
+        .meaning = "of the room's light; 0.5: half of it",
+        .min = 0,
         .max = 4}}};
   return schema;
 }
@@ -52,6 +58,7 @@ Result<std::shared_ptr<sim::SimulatedRobot>> shared_robot(DeviceContext& context
   options.solver_iterations = (*parameters)["solver_iterations"].as<int>();
   sim::RenderOptions rendering;
   rendering.samples = (*parameters)["antialiasing"].as<int>();
+  rendering.lighting.brightness = (*parameters)["brightness"].as<double>();
   Result<std::shared_ptr<sim::SimulatedRobot>> made = sim::SimulatedRobot::create(options, rendering);
   if (made) context.simulated = *made;
   return made;
