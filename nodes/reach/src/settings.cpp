@@ -55,15 +55,13 @@ Result<PalmPosture> read_grasp_posture(const std::string& path, const std::strin
   posture.X_ObjectPalm.translation() = -(posture.X_ObjectPalm.linear() * *object);
   posture.approach_Object = -approach->normalized();
   posture.standoff_m = approach->norm();
-  if (shape ==
-      "cube") {  // a quarter turn brings the next pair of faces; half-way turns are left to the arm's comfort
-    constexpr double kQuarter_rad = static_cast<double>(EIGEN_PI) / 2.0;
-    posture.yaw_period_rad = kQuarter_rad;
-    posture.turns_rad = {0.0, kQuarter_rad, -kQuarter_rad};
-    posture.turn_cost = 6.0;
-  } else {
-    posture.turns_rad = {0.0, 0.2, -0.2, 0.4, -0.4, 0.6, -0.6};
+  // the postures hold things turned any way; the arm may turn them about the vertical where it gets there
+  // easier
+  posture.turns_rad.clear();
+  for (const double turn_deg : {0.0, 10.0, -10.0, 20.0, -20.0, 30.0, -30.0, 45.0, -45.0}) {
+    posture.turns_rad.push_back(turn_deg * kRadPerDeg);
   }
+  posture.turn_cost = 4.0;
   return posture;
 }
 
