@@ -32,7 +32,7 @@ class SimulatedCameraRig final : public CameraRig {
 INSTANTIATE_TEST_SUITE_P(Simulated, CameraContract,
                          testing::Values([] { return std::make_unique<SimulatedCameraRig>(); }));
 
-// A static ball is put into the palm and taken away again.
+// A small box is laid on the back of the hand, whose pad is the whole palm, and taken away again.
 class SimulatedTouchRig final : public TouchRig {
  public:
   ITouch& touch() override { return touch_; }
@@ -43,11 +43,11 @@ class SimulatedTouchRig final : public TouchRig {
   bool press(int pad, bool pressed) override {
     if (pad != 5) return false;
     sim::SimulatedWorld world(robot_);
-    if (!pressed) return world.command("world del ssph 1") == "[ok]";
+    if (!pressed) return world.command("world del box 1") == "[ok]";
     const Eigen::Isometry3d X_WorldPalm = required(robot_->simulation().X_WorldLink("r_hand"));
-    // a little below the palm's surface; the port's frame: x left, y up, z forward, origin on the floor
-    const Eigen::Vector3d p_World_m = X_WorldPalm * Eigen::Vector3d(0, 0, 0.012);
-    return world.command("world mk ssph 0.015 " + std::to_string(-p_World_m.y()) + " " +
+    // a little above the hand; the port's frame: x left, y up, z forward, origin on the floor
+    const Eigen::Vector3d p_World_m = X_WorldPalm.translation() + Eigen::Vector3d(0, 0, 0.05);
+    return world.command("world mk box 0.04 0.02 0.04 " + std::to_string(-p_World_m.y()) + " " +
                          std::to_string(p_World_m.z() + 0.5976) + " " +
                          std::to_string(-p_World_m.x() - 0.026) + " 1 0 0") == "[ok]";
   }
