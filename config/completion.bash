@@ -4,7 +4,7 @@ _nido() {
   # port names hold colons, which readline takes for the end of a word
   COMP_WORDBREAKS=${COMP_WORDBREAKS//:/}
   if [ "$COMP_CWORD" -eq 1 ]; then
-    choices="launch port node world experiment doctor --help --version"
+    choices="launch port node world experiment bench doctor --help --version"
   elif [[ $word == -* ]]; then
     choices=$("$nido" "${COMP_WORDS[@]:1:COMP_CWORD-1}" --help 2>/dev/null | grep -o -- '--[a-z]*' | sort -u)
   else

@@ -36,7 +36,7 @@ TEST(Usage, HelpOfEveryVerbHasAnExample) {
                                                        {"world"},
                                                        {"doctor"},
                                                        {"experiment"},
-                                                       {"experiment", "list"},
+                                                       {"experiment", "list"}, {"bench"},
                                                        {"experiment", "run"}};
   for (auto words : verbs) {
     words.emplace_back("--help");

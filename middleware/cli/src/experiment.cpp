@@ -34,23 +34,50 @@ const std::vector<Experiment>& known_experiments() {
   return list;
 }
 
-constexpr const char* kPrefix = "nido-experiment-";
+constexpr const char* kExperiment = "nido-experiment-";
+constexpr const char* kBench = "nido-bench-";
 
-std::vector<Experiment> present_experiments(const Places& places) {
-  std::vector<Experiment> present;
+// Names of the programs PREFIXname beside nido, sorted.
+std::vector<std::string> names_of(const Places& places, const std::string& prefix) {
+  std::vector<std::string> names;
   std::error_code error;
   for (const auto& entry : fs::directory_iterator(places.programs, error)) {
     const std::string file = entry.path().filename().string();
-    if (!file.starts_with(kPrefix) || access(entry.path().c_str(), X_OK) != 0) continue;
-    present.push_back({file.substr(std::strlen(kPrefix)), ""});
-  }
-  for (auto& one : present) {
-    for (const auto& known : known_experiments()) {
-      if (known.name == one.name) one.summary = known.summary;
+    if (file.starts_with(prefix) && access(entry.path().c_str(), X_OK) == 0) {
+      names.push_back(file.substr(prefix.size()));
     }
   }
-  std::sort(present.begin(), present.end(), [](const auto& a, const auto& b) { return a.name < b.name; });
-  return present;
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+std::string summary_of(const std::string& experiment) {
+  for (const auto& known : known_experiments()) {
+    if (known.name == experiment) return known.summary;
+  }
+  return "";
+}
+
+// The program takes this process's place: Ctrl-C and the exit code are its own.
+int become(const std::string& what, const std::string& prefix, const std::string& name,
+           std::vector<std::string> arguments) {
+  auto places = find_places();
+  if (!places) return fail(places.error());
+  const auto names = names_of(*places, prefix);
+  if (std::find(names.begin(), names.end(), name) == names.end()) {
+    const std::string near = nearest_word(name, names);
+    return fail(
+        {ErrorCode::kNotFound,
+         fmt::format("there is no {} '{}'{}; there are: {}", what, name,
+                     near.empty() ? "" : fmt::format("; did you mean '{}'?", near), join_words(names))});
+  }
+  arguments.insert(arguments.begin(), (places->programs / (prefix + name)).string());
+  std::vector<char*> argv;
+  for (auto& argument : arguments) argv.push_back(argument.data());
+  argv.push_back(nullptr);
+  execv(argv.front(), argv.data());
+  return fail(
+      {ErrorCode::kFailed, fmt::format("{} cannot be started: {}", arguments.front(), std::strerror(errno))});
 }
 
 }  // namespace
@@ -58,32 +85,21 @@ std::vector<Experiment> present_experiments(const Places& places) {
 int experiment_list(const Common& common) {
   auto places = find_places();
   if (!places) return fail(places.error());
-  const auto present = present_experiments(*places);
+  const auto names = names_of(*places, kExperiment);
   if (common.json) {
     Json list = Json::array();
-    for (const auto& one : present) list.push_back({{"name", one.name}, {"summary", one.summary}});
+    for (const auto& name : names) list.push_back({{"name", name}, {"summary", summary_of(name)}});
     fmt::print("{}\n", list.dump(2));
     return 0;
   }
-  if (present.empty())
+  if (names.empty())
     fmt::print(stderr, "no experiments are built beside {}\n", (places->programs / "nido").string());
-  for (const auto& one : present) fmt::print("{:<20} {}\n", one.name, one.summary);
+  for (const auto& name : names) fmt::print("{:<20} {}\n", name, summary_of(name));
   return 0;
 }
 
 int experiment_run(const ExperimentRequest& request) {
-  auto places = find_places();
-  if (!places) return fail(places.error());
-  std::vector<std::string> names;
-  for (const auto& one : present_experiments(*places)) names.push_back(one.name);
-  if (std::find(names.begin(), names.end(), request.name) == names.end()) {
-    const std::string near = nearest_word(request.name, names);
-    return fail(
-        {ErrorCode::kNotFound,
-         fmt::format("there is no experiment '{}'{}; there are: {}", request.name,
-                     near.empty() ? "" : fmt::format("; did you mean '{}'?", near), join_words(names))});
-  }
-  std::vector<std::string> arguments = {(places->programs / (kPrefix + request.name)).string()};
+  std::vector<std::string> arguments;
   const auto add = [&arguments](const char* option, const std::string& value) {
     if (value.empty()) return;
     arguments.emplace_back(option);
@@ -94,13 +110,12 @@ int experiment_run(const ExperimentRequest& request) {
   add("--jobs", request.jobs);
   add("--out", request.out);
   for (const auto& set : request.sets) add("--set", set);
-  std::vector<char*> argv;
-  for (auto& argument : arguments) argv.push_back(argument.data());
-  argv.push_back(nullptr);
-  // it takes this process's place: Ctrl-C and the exit code are its own
-  execv(argv.front(), argv.data());
-  return fail(
-      {ErrorCode::kFailed, fmt::format("{} cannot be started: {}", arguments.front(), std::strerror(errno))});
+  arguments.insert(arguments.end(), request.others.begin(), request.others.end());
+  return become("experiment", kExperiment, request.name, arguments);
+}
+
+int bench(const std::string& name, const std::vector<std::string>& arguments) {
+  return become("benchmark", kBench, name, arguments);
 }
 
 }  // namespace nido::cli

@@ -261,7 +261,18 @@ int main(int argc, char** argv) {
       ->expected(1)
       ->take_all()
       ->type_name("KEY=VALUE");
-  run->callback([&] { throw CLI::RuntimeError(cli::experiment_run(request)); });
+  run->allow_extras()->callback([&] {
+    request.others = run->remaining();
+    throw CLI::RuntimeError(cli::experiment_run(request));
+  });
+
+  std::string bench_name;
+  auto* bench =
+      root.add_subcommand("bench", "run a benchmark with its baseline: rtt, rpc, image, cameras, ...");
+  bench->footer("example\n  nido bench rtt --json");
+  bench->add_option("name", bench_name, "name of a benchmark")->required();
+  bench->allow_extras()->callback(
+      [&] { throw CLI::RuntimeError(cli::bench(bench_name, bench->remaining())); });
 
   try {
     root.parse(argc, argv);

@@ -33,8 +33,12 @@ struct ExperimentRequest {
   std::string jobs;
   std::string out;
   std::vector<std::string> sets;
+  std::vector<std::string> others;  // options of this experiment alone
 };
 int experiment_list(const Common& common);
 int experiment_run(const ExperimentRequest& request);
+
+// Runs nido-bench-NAME beside nido.
+int bench(const std::string& name, const std::vector<std::string>& arguments);
 
 }  // namespace nido::cli
