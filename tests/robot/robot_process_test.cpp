@@ -25,8 +25,8 @@ namespace {
 
 constexpr double kPatience_s = 30;
 
-// one domain for each test, as tests may run beside each other
-int own_domain() { return 43 + static_cast<int>(getpid() % 5); }
+// of these tests alone, and of one at a time
+constexpr int kDomain = 43;
 
 // a child that is ended with the test
 class Process {
@@ -78,7 +78,7 @@ class RobotProcess : public testing::Test {
     return path.string();
   }
   std::vector<std::string> command(const std::string& config, std::vector<std::string> more = {}) {
-    std::vector<std::string> arguments = {"nido-robot", config, "--domain", std::to_string(domain_)};
+    std::vector<std::string> arguments = {"nido-robot", config, "--domain", std::to_string(kDomain)};
     arguments.insert(arguments.end(), more.begin(), more.end());
     return arguments;
   }
@@ -97,13 +97,12 @@ class RobotProcess : public testing::Test {
   std::unique_ptr<Node> observer() {
     NodeOptions options;
     options.name = "observer" + std::to_string(getpid());
-    options.domain = domain_;
+    options.domain = kDomain;
     options.handle_signals = false;
     return required(Node::create(options));
   }
 
   std::filesystem::path folder_;
-  int domain_ = own_domain();
 };
 
 TEST_F(RobotProcess, ServesTheFakeRobotAndEndsWhenAskedTo) {

@@ -1,5 +1,7 @@
 // The contracts, run on the simulated family.
 
+#include <array>
+
 #include "control_board_contract.h"
 #include "nido/simulator/devices/simulated_camera.h"
 #include "nido/simulator/devices/simulated_sensors.h"
@@ -58,6 +60,42 @@ class SimulatedTouchRig final : public TouchRig {
 };
 INSTANTIATE_TEST_SUITE_P(Simulated, TouchContract,
                          testing::Values([] { return std::make_unique<SimulatedTouchRig>(); }));
+
+TEST(SimulatedCamera, APictureIsThatOfTheMomentWhenTheShutterOpened) {
+  // two robots in the same world turn their heads; one is drawn at once, the other while it moves on
+  const std::string world = "table: {top_center_m: [-0.4, 0, -0.0826], size_m: [0.4, 0.7]}\n";
+  const int joints[] = {0, 2};
+  const double targets[] = {-0.5, 0.6};
+  std::array<Image, 2> images;
+  for (const bool at_once : {true, false}) {
+    const auto robot = simulated_robot(world);
+    const auto head = required(sim::SimulatedControlBoard::create(robot, "head"));
+    const auto eye = required(sim::SimulatedCamera::create(robot, sim::Eye::kLeft, {}));
+    ASSERT_TRUE(head->move_to(joints, targets).ok());
+    ASSERT_TRUE(robot->step_to(30 * kPeriod_ns).ok());
+    if (!at_once) {
+      ASSERT_TRUE(eye->open_shutter().ok());
+      ASSERT_TRUE(robot->step_to(40 * kPeriod_ns).ok());
+    }
+    ASSERT_TRUE(eye->grab(images.at(at_once ? 0 : 1)).ok());
+  }
+  EXPECT_EQ(images[0].stamp_ns, 30 * kPeriod_ns);
+  EXPECT_EQ(images[1].stamp_ns, 30 * kPeriod_ns);
+  EXPECT_TRUE(images[0].rgb == images[1].rgb) << "the pictures differ";
+}
+
+TEST(SimulatedCamera, NoiseIsItsOwnAndRepeatable) {
+  const auto robot = simulated_robot();
+  const auto picture = [&](std::uint64_t seed) {
+    const auto eye = required(sim::SimulatedCamera::create(robot, sim::Eye::kLeft, {}, {0.5, 3.0, seed}));
+    Image image;
+    EXPECT_TRUE(eye->grab(image).ok());
+    return image.rgb;
+  };
+  EXPECT_TRUE(picture(1) == picture(1));
+  EXPECT_FALSE(picture(1) == picture(2));
+  EXPECT_FALSE(sim::SimulatedCamera::create(robot, sim::Eye::kLeft, {}, {-1, 0, 1}).ok());
+}
 
 TEST(SimulatedControlBoard, NamesThePartsThatThereAre) {
   const auto board = sim::SimulatedControlBoard::create(simulated_robot(), "tail");
