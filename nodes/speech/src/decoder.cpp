@@ -10,6 +10,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 #include <map>
 
 namespace nido {
@@ -63,9 +64,9 @@ std::string dictionary_text(const PhraseBook& book) {
   return text;
 }
 
-// How much of the weight of all that might have been said the best text has: the best score of each different
-// text in the N-best list, acoustic scores flattened as for posteriors.
-double share_of_best(ps_decoder_t* decoder, const std::string& best) {
+// What else might have been said: the weight of each different text in the N-best list by its best score,
+// acoustic scores flattened as for posteriors.
+std::map<std::string, double> weigh(ps_decoder_t* decoder) {
   constexpr int kListLength = 200;
   constexpr double kFlatten = 20.0;
   std::map<std::string, double> score_by_text;
@@ -80,15 +81,15 @@ double share_of_best(ps_decoder_t* decoder, const std::string& best) {
   if (list != nullptr) {
     ps_nbest_free(list);
   }
-  const auto found = score_by_text.find(best);
-  if (found == score_by_text.end()) {
-    return 0.0;
-  }
+  double best = -std::numeric_limits<double>::infinity();
+  for (const auto& [text, score] : score_by_text) best = std::max(best, score);
   double sum = 0.0;
-  for (const auto& [text, score] : score_by_text) {
-    sum += std::exp(score - found->second);
+  for (auto& [text, score] : score_by_text) {
+    score = std::exp(score - best);
+    sum += score;
   }
-  return 1.0 / sum;
+  for (auto& [text, score] : score_by_text) score /= sum;
+  return score_by_text;
 }
 
 }  // namespace
@@ -133,13 +134,17 @@ bool Decoder::process(const std::int16_t* samples, std::size_t count) {
   return ps_get_in_speech(decoder_.get()) != 0;
 }
 
-Decoder::Hypothesis Decoder::end() {
+void Decoder::end() { ps_end_utt(decoder_.get()); }
+
+Decoder::Hypothesis Decoder::decode(const std::vector<std::int16_t>& samples) {
+  ps_start_utt(decoder_.get());
+  ps_process_raw(decoder_.get(), samples.data(), samples.size(), FALSE, TRUE);
   ps_end_utt(decoder_.get());
   Hypothesis hypothesis;
   int32 score = 0;
   if (const char* text = ps_get_hyp(decoder_.get(), &score); text != nullptr) {
     hypothesis.text = text;
-    hypothesis.confidence = share_of_best(decoder_.get(), hypothesis.text);
+    hypothesis.share = weigh(decoder_.get());
   }
   return hypothesis;
 }

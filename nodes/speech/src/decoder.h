@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -17,18 +18,21 @@ class Decoder {
  public:
   enum class Model { kGrammar, kTrigram };
   struct Hypothesis {
-    std::string text;         // empty: nothing found
-    double confidence = 0.0;  // 0..1
+    std::string text;                     // empty: nothing found
+    std::map<std::string, double> share;  // of the weight of all that might have been said, by text; sum 1
   };
 
   // `end_silence_frames`: frames of 10 ms.
   static Result<Decoder> create(const PhraseBook& book, const std::string& acoustic_model, Model model,
                                 int end_silence_frames);
 
+  // Listening as sound comes: start, process piece by piece (returns whether speech is going on), end.
   void start();
-  // Returns whether speech is going on.
   bool process(const std::int16_t* samples, std::size_t count);
-  Hypothesis end();
+  void end();
+  // A whole utterance at once, between end() and start(): the mean of its spectrum is known then, so that the
+  // first one is understood as well as later ones.
+  Hypothesis decode(const std::vector<std::int16_t>& samples);
 
  private:
   struct Free {

@@ -17,6 +17,7 @@ namespace {
 
 constexpr std::size_t kChunk = 320;  // 20 ms
 constexpr double kChunk_s = static_cast<double>(kChunk) / kSpeechRate_hz;
+constexpr std::size_t kBefore = 25 * kChunk;  // 0.5 s before the speech, for the decoders to know the noise
 constexpr double kLongestGap_s = 0.1;
 constexpr double kStartLevel = 3000.0;     // root mean square of usual speech, until some was heard
 constexpr double kLevelDecay = 0.9995;     // a chunk: halves in 28 s
@@ -76,7 +77,8 @@ struct SpeechCore::Impl {
         grammar(std::move(grammar_decoder)),
         trigram(std::move(trigram_decoder)),
         noise(s.seed) {
-    start();
+    grammar.start();
+    trigram.start();
     std::array<std::int16_t, kChunk> silence{};
     for (int i = 0; i < kWarmUpChunks; ++i) {
       add_noise(silence);
@@ -91,7 +93,7 @@ struct SpeechCore::Impl {
 
   void start() {
     grammar.start();
-    trigram.start();
+    utterance.clear();
     speaking = false;
     speech_s = 0.0;
     loudest = 0.0;
@@ -117,8 +119,11 @@ struct SpeechCore::Impl {
     loudest = std::max(loudest, loudness / std::max(*background, 1.0));
     add_noise(chunk);
     const bool speech_now = grammar.process(chunk.data(), chunk.size());
-    trigram.process(chunk.data(), chunk.size());
     now_s += kChunk_s;
+    utterance.insert(utterance.end(), chunk.begin(), chunk.end());
+    if (!speaking && !speech_now && utterance.size() > kBefore) {
+      utterance.erase(utterance.begin(), utterance.end() - static_cast<std::ptrdiff_t>(kBefore));
+    }
     if (speech_now) {
       speaking = true;
       speech_s += kChunk_s;
@@ -129,15 +134,21 @@ struct SpeechCore::Impl {
 
   // ends the utterance and judges it; nothing for clicks
   std::optional<HeardPhrase> finish(double end_s) {
-    const Decoder::Hypothesis by_grammar = grammar.end();
-    const Decoder::Hypothesis by_trigram = trigram.end();
+    grammar.end();
     const bool was_speaking = speaking;
     // the flag stays up through the silence that ends an utterance
     const double net_speech_s = speech_s - settings.end_silence_s;
     const bool too_long = speech_s > settings.longest_s;
     const bool steady = loudest < kLoudnessRange;
+    const bool worth_it = was_speaking && !steady && net_speech_s >= settings.shortest_s;
+    Decoder::Hypothesis by_grammar;
+    Decoder::Hypothesis by_trigram;
+    if (worth_it && !too_long) {
+      by_grammar = grammar.decode(utterance);
+      by_trigram = trigram.decode(utterance);
+    }
     start();
-    if (!was_speaking || steady || net_speech_s < settings.shortest_s) return std::nullopt;
+    if (!worth_it) return std::nullopt;
 
     HeardPhrase heard;
     heard.end_s = end_s;
@@ -146,13 +157,13 @@ struct SpeechCore::Impl {
                                  settings.longest_s);
     } else if (by_grammar.text.empty() || !book.find(by_grammar.text)) {
       heard.reason = "no such phrase: what was said sounds like none of those that I know";
-    } else if (by_grammar.text != by_trigram.text || by_trigram.confidence < settings.lowest_confidence) {
+    } else if (by_trigram.share[by_grammar.text] < settings.lowest_confidence) {
       heard.reason = fmt::format("no such phrase: the nearest that I know is \"{}\", but it does not fit",
                                  by_grammar.text);
     } else {
       heard.accepted = true;
       heard.text = by_grammar.text;
-      heard.confidence = by_trigram.confidence;
+      heard.confidence = by_trigram.share[by_grammar.text];
     }
     return heard;
   }
@@ -162,8 +173,9 @@ struct SpeechCore::Impl {
   Decoder grammar;
   Decoder trigram;
   PinkNoise noise;
-  std::vector<std::int16_t> pending;  // samples that do not fill a chunk yet
-  double now_s = 0.0;                 // time after the last chunk
+  std::vector<std::int16_t> pending;    // samples that do not fill a chunk yet
+  std::vector<std::int16_t> utterance;  // what is going on, and a little before it
+  double now_s = 0.0;                   // time after the last chunk
   bool time_known = false;
   bool speaking = false;             // in this utterance
   double speech_s = 0.0;             // length of this utterance's speech
