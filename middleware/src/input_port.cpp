@@ -292,7 +292,10 @@ bool InputPort::has_arrived(const Connection& connection) const {
   if (stream == connection.streams_.end() || !stream->second.live) {
     return true;  // the source is gone, or not there yet
   }
-  if (!connection.started_) {
+  if (stream->second.floor && *connection.target_ <= *stream->second.floor) {
+    return true;
+  }
+  if (!stream->second.floor) {
     // what was written before this connection's first tick comes only from a port that keeps its last message
     const auto info = participant_->endpoint(connection.newest_writer_);
     if (profile_ != Profile::kState || !info || !info->transient_local) {
@@ -330,16 +333,18 @@ void InputPort::release() {
       (is_bound && item.received.sequence > *connection.target_ ? later : due).push_back(std::move(item));
     }
     connection.held_ = std::move(later);
-    // Before the first tick of a connection, whether a message still reaches it is a matter of chance: only
-    // the last one of a state port is sure, so only that one is handed out.
-    if (!connection.started_ && connection.target_ && !due.empty()) {
-      if (profile_ == Profile::kState) {
-        due.erase(due.begin(), due.end() - 1);
-      } else {
+    // Before the first tick of a writer, whether a message still reaches this port is a matter of chance:
+    // only the last one of a state port is sure, so only that one is handed out.
+    const auto stream = connection.streams_.find(connection.newest_writer_);
+    if (connection.target_ && stream != connection.streams_.end() && stream->second.live &&
+        !stream->second.floor) {
+      stream->second.floor = *connection.target_;
+      if (profile_ != Profile::kState) {
         due.clear();
+      } else if (!due.empty()) {
+        due.erase(due.begin(), due.end() - 1);
       }
     }
-    connection.started_ = connection.started_ || connection.counters_.live;
     for (Item& item : due) {
       keep(connection, std::move(item));
     }

@@ -52,6 +52,9 @@ class InputPort final : public RawInput, public InputRecord {
   struct Stream {
     std::uint64_t last = 0;
     bool live = false;
+    // lockstep: the number of its last message at the first tick with this writer; what it wrote before may
+    // never come
+    std::optional<std::uint64_t> floor;
   };
   class Connection final : public ReaderEvents {
    public:
@@ -67,7 +70,6 @@ class InputPort final : public RawInput, public InputRecord {
     std::map<Guid, Stream> streams_;
     Guid newest_writer_;                   // of those that are live, the one that appeared last
     std::deque<Item> held_;                // lockstep: not released yet, in order of arrival
-    bool started_ = false;                 // lockstep: has been released once
     std::optional<std::uint64_t> target_;  // lockstep: may be taken up to here in this tick
     std::unique_ptr<Reader> reader_;       // last: the first to go, as it calls the above
   };

@@ -121,6 +121,25 @@ TEST(Lockstep, TheFirstTickWaitsForEveryExpectedNodeAndSaysForWhom) {
   EXPECT_TRUE(late.line_with("HASH ").ends_with(" 20"));
 }
 
+TEST(Lockstep, ImagesArriveInTheirTickAndOnesBeforeTheFirstTickAreNotWaitedFor) {
+  std::vector<std::string> hashes;
+  for (int run = 0; run < 2; ++run) {
+    ChildProcess owner(NIDO_TEST_PEER, lockstep_arguments("owner", {"--set", "lockstep.nodes=[viewer]",
+                                                                    "--set", "ticks=301"}));
+    // it has written already when the viewer comes
+    EXPECT_NE(owner.line_with("[owner] info: waits with the first tick: "), "(none)");
+    ChildProcess viewer(NIDO_TEST_PEER,
+                        lockstep_arguments("viewer", {"--connect", "/owner/image:o=/viewer/left:i",
+                                                      "--connect", "/owner/image2:o=/viewer/right:i"}));
+    EXPECT_NE(owner.line_with("HASH "), "(none)");
+    viewer.signal(SIGTERM);
+    hashes.push_back(viewer.line_with("HASH "));
+    EXPECT_EQ(viewer.seen().find("warning"), std::string::npos) << viewer.seen();
+  }
+  EXPECT_EQ(hashes.at(0), hashes.at(1));
+  EXPECT_TRUE(hashes.at(0).ends_with(" 100")) << hashes.at(0);
+}
+
 }  // namespace
 
 }  // namespace nido::testing

@@ -86,17 +86,28 @@ Status member(Node& node) {
 Status owner(Node& node) {
   auto out = node.open_output<msgs::String>("/owner/out:o", Profile::kEvent);
   auto image = node.open_output<msgs::Image>("/owner/image:o", Profile::kSensor);
+  auto second_image = node.open_output<msgs::Image>("/owner/image2:o", Profile::kSensor);
   auto in = node.open_input<msgs::String>("/owner/in:i", Profile::kEvent, 1000);
-  if (!out || !image || !in) {
+  msgs::Image picture;
+  picture.data().resize(320 * 240 * 3);
+  if (!out || !image || !second_image || !in) {
     return Error{ErrorCode::kFailed, "cannot open the ports"};
   }
   const auto ticks = node.parameter<int>("ticks", 100);
   Hash hash;
   node.set_ready();
+  // nobody is there to get these: the first ticks may not wait for them
+  (void)(*image)->write(picture);
+  (void)(*second_image)->write(picture);
   std::chrono::steady_clock::time_point begin;
   for (int tick = 1; tick <= *ticks; ++tick) {
     const Time now{tick * 10'000'000LL};
     (void)(*out)->write(words("tick " + hash.text()));
+    if (tick % 3 == 0) {
+      picture.data()[static_cast<std::size_t>(tick)] = static_cast<std::uint8_t>(tick);
+      (void)(*image)->write(picture);
+      (void)(*second_image)->write(picture);
+    }
     if (auto status = node.publish_clock(now); !status) {
       return status;
     }
@@ -112,6 +123,30 @@ Status owner(Node& node) {
   say("HASH " + hash.text() + " " + std::to_string(*ticks));
   say("US_PER_TICK " + std::to_string(wall_s / std::max(1, *ticks - 1) * 1e6));
   return {};
+}
+
+// Member of a lockstep that looks at two images.
+Status viewer(Node& node) {
+  const std::string name = node.options().name;
+  auto left = node.open_input<msgs::Image>("/" + name + "/left:i", Profile::kSensor);
+  auto right = node.open_input<msgs::Image>("/" + name + "/right:i", Profile::kSensor);
+  if (!left || !right) {
+    return Error{ErrorCode::kFailed, "cannot open the ports"};
+  }
+  Hash hash;
+  long pairs = 0;
+  node.set_ready();
+  auto status = node.run([&](Time now) -> Status {
+    const auto a = (*left)->take_latest();
+    const auto b = (*right)->take_latest();
+    if (a && b && a->data() == b->data()) {
+      ++pairs;
+      hash.add(std::to_string(now.ns) + " " + std::string(a->data().begin(), a->data().end()));
+    }
+    return {};
+  });
+  say("HASH " + hash.text() + " " + std::to_string(pairs));
+  return status;
 }
 
 // Publishes numbers on /source/count:o, one for each line that it reads, and says so.
@@ -162,6 +197,7 @@ int main(int argc, char** argv) {
   const std::string what = argc > 1 ? argv[1] : "";
   const auto body = what == "member"     ? nido::member
                     : what == "owner"    ? nido::owner
+                    : what == "viewer"   ? nido::viewer
                     : what == "source"   ? nido::source
                     : what == "idle"     ? nido::idle
                     : what == "stubborn" ? nido::stubborn
