@@ -22,6 +22,13 @@ namespace {
 
 double seconds_of(const msgs::Time& time) { return time.sec() + time.nanosec() * 1e-9; }
 
+// As a person would type it: from here, if it is below here.
+std::string shown_path(const fs::path& path) {
+  std::error_code error;
+  const fs::path relative = fs::relative(path, error);
+  return error || relative.empty() || relative.string().starts_with("..") ? path.string() : relative.string();
+}
+
 // The domain that people choose for a whole shell; -1: a value that is none.
 int domain_of_environment() {
   for (const char* name : {"NIDO_DOMAIN", "ROS_DOMAIN_ID"}) {
@@ -78,7 +85,7 @@ const AppProcess& LaunchRun::process_named(const std::string& name) const {
 }
 
 std::string LaunchRun::log_name(const std::string& process) const {
-  return (folder_.path / "logs" / (process + ".log")).string();
+  return shown_path(folder_.path / "logs" / (process + ".log"));
 }
 
 // Everything that can be refused before anything is started.
@@ -162,7 +169,7 @@ Status LaunchRun::start(const AppProcess& process) {
   supervised.command.program = programs_[process.name];
   supervised.command.arguments = {"--node", file->string()};
   supervised.command.environment = process.environment;
-  supervised.log_file = log_name(process.name);
+  supervised.log_file = (folder_.path / "logs" / (process.name + ".log")).string();
   supervised.restart = process.restart;
   // a simulator begins at time 0 again, and those that it had left in lockstep cannot go back
   if (process.clock == "owner" && app_.lockstep) supervised.restart.on_failure = false;
@@ -193,7 +200,7 @@ int LaunchRun::run() {
     print(fmt::format("{}: {}", paint_.bold(app_.name), app_.summary));
     print(paint_.dim(fmt::format("  robot {}, world {}, seed {}, rate {}{}, domain {}; writes {}", app_.robot,
                                  app_.world, app_.seed, app_.rate, app_.lockstep ? " in lockstep" : "",
-                                 settings_.domain, folder_.path.string())));
+                                 settings_.domain, shown_path(folder_.path))));
     status = join();
   }
   if (!status) {
@@ -226,7 +233,7 @@ int LaunchRun::run() {
                               : end_->exit_code == 130 ? paint_.yellow("stopped")
                                                        : paint_.red("failure");
   print(fmt::format("{}: {} {}", paint_.bold("outcome"), verdict + ":", end_->sentence));
-  print(paint_.dim(fmt::format("  {:.1f} s simulated in {:.1f} s; {}", sim, wall, folder_.path.string())));
+  print(paint_.dim(fmt::format("  {:.1f} s simulated in {:.1f} s; {}", sim, wall, shown_path(folder_.path))));
   if (request_.json) {
     fmt::print("{}\n", nlohmann::json{{"exit_code", end_->exit_code},
                                       {"sentence", end_->sentence},
