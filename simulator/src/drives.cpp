@@ -338,6 +338,20 @@ void Drives::advance_reference(std::size_t axis, double period_s) {
   const JointInfo& info = axis_info_[axis].info;
   state.previous_reference_rad = state.reference_rad;
   double next = state.reference_rad;
+  // the end stops of hinges are soft and know nothing of coupled joints: at the limit of a joint the servo
+  // takes over until the command leads back
+  state.at_limit = false;
+  if (!is_servo(state.measured.mode)) {
+    const double push = state.measured.target;
+    const double ahead = state.measured.position_rad + state.measured.velocity_rad_s * period_s;
+    state.at_limit = (ahead < info.min_rad && push <= 0) || (ahead > info.max_rad && push >= 0);
+    if (state.at_limit) {
+      state.reference_rad = std::clamp(state.measured.position_rad, info.min_rad, info.max_rad);
+      state.previous_reference_rad = state.reference_rad;
+      state.reference_velocity_rad_s = 0;
+      return;
+    }
+  }
   const double reach = info.max_velocity_rad_s * period_s;
   switch (state.measured.mode) {
     case JointMode::kPosition:
@@ -385,7 +399,7 @@ void Drives::drive(double fraction, const RobotBody& robot) {
       reference += multiplier * now;
       feedforward += multiplier * state.reference_velocity_rad_s;
       const JointMode mode = state.measured.mode;
-      servo = servo || is_servo(mode);
+      servo = servo || is_servo(mode) || state.at_limit;
       idle = idle && mode == JointMode::kIdle;
       const double sign = multiplier < 0 ? -1 : 1;
       if (mode == JointMode::kTorque) torque += sign * state.measured.target;
@@ -439,7 +453,9 @@ void Drives::accumulate(const RobotBody& robot) {
   for (std::size_t i = 1; i < hinges_.size(); ++i) {
     const Hinge& hinge = hinges_[i];
     bool servo = false;
-    for (const auto& [a, multiplier] : hinge.axes) servo = servo || is_servo(axes_[a].measured.mode);
+    for (const auto& [a, multiplier] : hinge.axes) {
+      servo = servo || is_servo(axes_[a].measured.mode) || axes_[a].at_limit;
+    }
     // a servo also bears gravity, which the solver does not see
     hinge_torque_Nm_[i] += servo ? robot.constraint_torque_Nm(i) - gravity_Nm_[i]
                                  : robot.constraint_torque_Nm(i) + added_torque_Nm_[i];
@@ -449,7 +465,11 @@ void Drives::accumulate(const RobotBody& robot) {
 
 void Drives::measure(const RobotBody& robot) {
   if (steps_ > 0) {
-    for (double& torque : hinge_torque_Nm_) torque /= steps_;
+    for (std::size_t i = 1; i < hinges_.size(); ++i) {
+      // what is more came from an end stop, not from the motor
+      hinge_torque_Nm_[i] =
+          std::clamp(hinge_torque_Nm_[i] / steps_, -hinges_[i].max_torque_Nm, hinges_[i].max_torque_Nm);
+    }
     time_s_ += period_s_;
     steps_ = 0;
   }

@@ -25,6 +25,7 @@ struct AxisState {
   double reference_rad = 0;  // where the servo wants it now
   double reference_velocity_rad_s = 0;
   double previous_reference_rad = 0;  // at the beginning of this control period
+  bool at_limit = false;  // a mode without servo pushed it out of its range: the servo keeps it at the limit
   Trajectory trajectory;
 };
 

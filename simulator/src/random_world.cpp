@@ -49,6 +49,16 @@ double radius_of(const ObjectDescription& object) {
                     std::max(std::abs(box.min().y()), std::abs(box.max().y())));
 }
 
+// free space between two things: circles, but for a basket, which is not turned and so is its rectangle
+double space_between(const ObjectDescription& a, const Eigen::Vector2d& p_a, const ObjectDescription& b,
+                     const Eigen::Vector2d& p_b, const std::string& basket) {
+  if (b.name == basket) return space_between(b, p_b, a, p_a, a.name == basket ? std::string() : basket);
+  if (a.name != basket || basket.empty()) return (p_a - p_b).norm() - radius_of(a) - radius_of(b);
+  const Eigen::Vector3d half = bounds(a).sizes() / 2;
+  const Eigen::Vector2d beyond = ((p_b - p_a).cwiseAbs() - half.head<2>()).cwiseMax(0);
+  return beyond.norm() - radius_of(b);
+}
+
 }  // namespace
 
 Status place_at_random(YamlReader map, const SimulationOptions& options, double table_height_m,
@@ -112,9 +122,8 @@ Status place_at_random(YamlReader map, const SimulationOptions& options, double 
         bool free = true;
         for (std::size_t k = 0; k < places.size(); ++k) {
           const bool beside_target = types[i].name == target || types[k].name == target;
-          const double apart =
-              radius_of(types[i]) + radius_of(types[k]) + (beside_target ? target_gap_m : gap_m);
-          free = free && (places[k] - p).norm() >= apart;
+          free = free && space_between(types[i], p, types[k], places[k], basket) >=
+                             (beside_target ? target_gap_m : gap_m);
         }
         if (!free) continue;
         places.push_back(p);

@@ -20,14 +20,21 @@ namespace nido::sim {
 // Owns an ODE world; must outlive everything in it.
 class OdeWorld {
  public:
-  OdeWorld() : id_(dWorldCreate()) {}
-  ~OdeWorld() { dWorldDestroy(id_); }
+  // a threading of its own: ODE's default one is shared by all worlds and not safe when two threads step
+  OdeWorld() : id_(dWorldCreate()), threading_(dThreadingAllocateSelfThreadedImplementation()) {
+    dWorldSetStepThreadingImplementation(id_, dThreadingImplementationGetFunctions(threading_), threading_);
+  }
+  ~OdeWorld() {
+    dWorldDestroy(id_);
+    dThreadingFreeImplementation(threading_);
+  }
   OdeWorld(const OdeWorld&) = delete;
   OdeWorld& operator=(const OdeWorld&) = delete;
   [[nodiscard]] dWorldID id() const { return id_; }
 
  private:
   dWorldID id_;
+  dThreadingImplementationID threading_;
 };
 
 // What a Simulation is inside. The world's text commands work on it too.
