@@ -93,13 +93,21 @@ std::vector<ArmChain::BodyPoint> ArmChain::body_points(const Joints& q) const {
     }
   }
   X = X * X_LastPalm_;
-  // palm, open fingers, thumb
+  // palm; fingers and thumb as they are when they are open or made ready to grasp
   for (const Eigen::Vector3d& p_Palm_m :
        {Eigen::Vector3d(-0.03, 0.0, -0.015), Eigen::Vector3d(0.0, -0.03, -0.01),
-        Eigen::Vector3d(0.0, 0.03, -0.01), Eigen::Vector3d(0.055, -0.025, 0.0),
-        Eigen::Vector3d(0.055, 0.03, 0.0), Eigen::Vector3d(0.1, -0.02, 0.0), Eigen::Vector3d(0.1, 0.025, 0.0),
-        Eigen::Vector3d(0.02, -0.06, 0.02)}) {
+        Eigen::Vector3d(0.0, 0.03, -0.01), Eigen::Vector3d(-0.022, -0.02, 0.02),
+        Eigen::Vector3d(-0.018, -0.03, 0.043)}) {
     points.push_back({X * p_Palm_m, 0.012, true});
+  }
+  for (const Eigen::Vector3d& p_Palm_m :
+       {Eigen::Vector3d(-0.008, -0.051, 0.073), Eigen::Vector3d(-0.016, -0.013, 0.084),
+        Eigen::Vector3d(0.015, -0.068, 0.045), Eigen::Vector3d(0.04, -0.034, 0.0),
+        Eigen::Vector3d(0.04, 0.03, 0.0), Eigen::Vector3d(0.072, -0.045, 0.024),
+        Eigen::Vector3d(0.05, -0.04, 0.042), Eigen::Vector3d(0.062, -0.008, 0.042),
+        Eigen::Vector3d(0.085, -0.008, 0.02), Eigen::Vector3d(0.078, 0.02, 0.006),
+        Eigen::Vector3d(0.068, 0.046, 0.0)}) {
+    points.push_back({X * p_Palm_m, 0.008, true});
   }
   return points;
 }

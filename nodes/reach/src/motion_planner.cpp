@@ -243,7 +243,7 @@ Result<JointPath> MotionPlanner::free_way(const Joints& from, const Joints& to) 
     }
     if (best_clearance_m >= -1e-9) break;
   }
-  constexpr double kGrazing_m = 0.025;  // the things' boxes and the flesh are drawn generously
+  constexpr double kGrazing_m = 0.03;  // the things' boxes and the flesh are drawn generously
   if (best_clearance_m < -kGrazing_m) {
     return Error{
         ErrorCode::kFailed,
