@@ -2,6 +2,7 @@
 
 #include "nido/launcher/paths.h"
 #include "nido/launcher/schema.h"
+#include "nido/speech/phrases.h"
 
 namespace nido {
 namespace {
@@ -76,6 +77,13 @@ Result<RobotSettings> read_settings(const YAML::Node& parameters, std::uint64_t 
   settings.run.audio = {audio["source"].as<std::string>(), audio["file"].as<std::string>(),
                         audio["text"].as<std::string>(), audio["voice"].as<std::string>(),
                         audio["start_s"].as<double>()};
+  // a random table has what the phrase that will be said speaks of
+  const auto book = PhraseBook::load((places->config / "phrases.yaml").string());
+  if (settings.run.target.empty() && audio["source"].as<std::string>() == "synthesis" && book) {
+    if (const auto phrase = book->find(audio["text"].as<std::string>())) {
+      settings.run.target = book->object_of(book->phrases[*phrase]).name;
+    }
+  }
   return settings;
 }
 
