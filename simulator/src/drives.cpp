@@ -118,7 +118,6 @@ Result<Drives> Drives::create(const RobotBody& robot, const ControlBlock& block)
   drives.axes_.resize(drives.axis_info_.size());
   drives.gravity_Nm_.assign(robot.link_count(), 0);
   drives.hinge_torque_Nm_.assign(robot.link_count(), 0);
-  drives.added_torque_Nm_.assign(robot.link_count(), 0);
   for (const PartInfo& part : drives.parts_) drives.measured_.emplace_back(part.joints.size());
   return drives;
 }
@@ -338,20 +337,6 @@ void Drives::advance_reference(std::size_t axis, double period_s) {
   const JointInfo& info = axis_info_[axis].info;
   state.previous_reference_rad = state.reference_rad;
   double next = state.reference_rad;
-  // the end stops of hinges are soft and know nothing of coupled joints: at the limit of a joint the servo
-  // takes over until the command leads back
-  state.at_limit = false;
-  if (!is_servo(state.measured.mode)) {
-    const double push = state.measured.target;
-    const double ahead = state.measured.position_rad + state.measured.velocity_rad_s * period_s;
-    state.at_limit = (ahead < info.min_rad && push <= 0) || (ahead > info.max_rad && push >= 0);
-    if (state.at_limit) {
-      state.reference_rad = std::clamp(state.measured.position_rad, info.min_rad, info.max_rad);
-      state.previous_reference_rad = state.reference_rad;
-      state.reference_velocity_rad_s = 0;
-      return;
-    }
-  }
   const double reach = info.max_velocity_rad_s * period_s;
   switch (state.measured.mode) {
     case JointMode::kPosition:
@@ -384,7 +369,32 @@ void Drives::begin_period(double time_s, double period_s, const RobotBody& robot
   steps_ = 0;
 }
 
+// the end stops of hinges are soft and know nothing of coupled joints: at the limit of a joint the servo
+// takes over until the command leads back
+void Drives::watch_limits(const RobotBody& robot) {
+  constexpr double kLookAhead_s = 0.004;
+  for (std::size_t a = 0; a < axes_.size(); ++a) {
+    AxisState& state = axes_[a];
+    state.at_limit = false;
+    if (is_servo(state.measured.mode)) continue;
+    double position = 0;
+    double velocity = 0;
+    for (const auto& [link, factor] : inverse_[a]) {
+      position += factor * (robot.angle_rad(link) - hinges_[link].offset_rad);
+      velocity += factor * robot.velocity_rad_s(link);
+    }
+    const JointInfo& info = axis_info_[a].info;
+    const double push = state.measured.target;
+    const double ahead = position + velocity * kLookAhead_s;
+    state.at_limit = (ahead < info.min_rad && push <= 0) || (ahead > info.max_rad && push >= 0);
+    state.reference_rad = std::clamp(position, info.min_rad, info.max_rad);
+    state.previous_reference_rad = state.reference_rad;
+    state.reference_velocity_rad_s = 0;
+  }
+}
+
 void Drives::drive(double fraction, const RobotBody& robot) {
+  watch_limits(robot);
   for (std::size_t i = 1; i < hinges_.size(); ++i) {
     const Hinge& hinge = hinges_[i];
     double reference = hinge.offset_rad;
@@ -406,7 +416,6 @@ void Drives::drive(double fraction, const RobotBody& robot) {
       if (mode == JointMode::kPwm) torque += sign * state.measured.target * hinge.max_torque_Nm;
     }
     dJointID joint = robot.hinges()[i];
-    added_torque_Nm_[i] = 0;
     if (servo) {
       const double error = reference - robot.angle_rad(i);
       const double velocity = std::clamp(feedforward + hinge.gain_1_s * error, -hinge.max_velocity_rad_s,
@@ -417,21 +426,13 @@ void Drives::drive(double fraction, const RobotBody& robot) {
       dJointSetHingeParam(joint, dParamFMax, left);
       continue;
     }
-    // without a servo gravity pulls at the hinge
-    const double rate = robot.velocity_rad_s(i);
-    torque = std::clamp(torque, -hinge.max_torque_Nm, hinge.max_torque_Nm);
-    if (std::abs(rate) > hinge.max_velocity_rad_s) {
-      // beyond its speed limit the motor only brakes
-      dJointSetHingeParam(joint, dParamVel, rate > 0 ? hinge.max_velocity_rad_s : -hinge.max_velocity_rad_s);
-      dJointSetHingeParam(joint, dParamFMax, hinge.max_torque_Nm);
-      torque = 0;
-    } else {
-      dJointSetHingeParam(joint, dParamVel, 0);
-      dJointSetHingeParam(joint, dParamFMax,
-                          (idle ? kIdleFriction : 0.2 * kIdleFriction) * hinge.max_torque_Nm);
-    }
-    added_torque_Nm_[i] = torque;
-    dJointAddHingeTorque(joint, torque + gravity_Nm_[i]);
+    // without a servo gravity pulls at the hinge; a motor that wants the largest speed with just this torque
+    // gives the torque below that speed and never more speed
+    torque = std::clamp(torque, -hinge.max_torque_Nm, hinge.max_torque_Nm) + gravity_Nm_[i];
+    const double friction = (idle ? kIdleFriction : 0.2 * kIdleFriction) * hinge.max_torque_Nm;
+    const bool moves = std::abs(torque) > friction;
+    dJointSetHingeParam(joint, dParamVel, moves ? std::copysign(hinge.max_velocity_rad_s, torque) : 0);
+    dJointSetHingeParam(joint, dParamFMax, moves ? std::abs(torque) - friction : friction);
   }
 }
 
@@ -450,16 +451,9 @@ bool Drives::still(std::size_t link, const RobotBody& robot) const {
 }
 
 void Drives::accumulate(const RobotBody& robot) {
-  for (std::size_t i = 1; i < hinges_.size(); ++i) {
-    const Hinge& hinge = hinges_[i];
-    bool servo = false;
-    for (const auto& [a, multiplier] : hinge.axes) {
-      servo = servo || is_servo(axes_[a].measured.mode) || axes_[a].at_limit;
-    }
-    // a servo also bears gravity, which the solver does not see
-    hinge_torque_Nm_[i] += servo ? robot.constraint_torque_Nm(i) - gravity_Nm_[i]
-                                 : robot.constraint_torque_Nm(i) + added_torque_Nm_[i];
-  }
+  // the motor also bears gravity, which the solver does not see
+  for (std::size_t i = 1; i < hinges_.size(); ++i)
+    hinge_torque_Nm_[i] += robot.constraint_torque_Nm(i) - gravity_Nm_[i];
   ++steps_;
 }
 

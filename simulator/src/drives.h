@@ -96,6 +96,7 @@ class Drives {
   }
   [[nodiscard]] std::vector<double> hinge_angles(const std::vector<double>& axis_rad) const;
   void advance_reference(std::size_t axis, double period_s);
+  void watch_limits(const RobotBody& robot);
   void start_trajectory(std::size_t axis, double goal_rad);
   void publish();
   Status check_joint(int part, int joint) const;
@@ -110,7 +111,6 @@ class Drives {
   std::vector<std::vector<std::pair<std::size_t, double>>> inverse_;
   std::vector<double> gravity_Nm_;       // by link, at the begin of the period
   std::vector<double> hinge_torque_Nm_;  // by link, summed over the steps of the period, then its mean
-  std::vector<double> added_torque_Nm_;  // by link, added outside the solver in this step
   int steps_ = 0;
   double time_s_ = 0;
   double period_s_ = 0.01;
