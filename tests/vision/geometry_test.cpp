@@ -115,5 +115,40 @@ TEST(StereoFit, FindsPositionAndTurnFromOutlines) {
   EXPECT_FALSE(meet(eyes, {160, 20}, {160, 220}, 0.01));  // no common point
 }
 
+TEST(StereoFit, SeesThatAHeldCubeLeans) {
+  const EyePair eyes = eyes_above();
+  Body cube;
+  cube.solids = {{Solid::Kind::kBox, {0.05, 0.05, 0.05}, {0, 0, 0}}};
+  cube.symmetry_rad = M_PI / 2;
+  std::mt19937_64 random(4);
+  int leaning = 0;
+  int explained = 0;
+  for (int n = 0; n < 30; ++n) {
+    const Eigen::Vector3d p(between(random, -0.36, -0.24), between(random, -0.08, 0.08),
+                            between(random, -0.05, 0.08));
+    const double angle = between(random, 0, 2 * M_PI);
+    const Eigen::Matrix3d R =
+        (Eigen::AngleAxisd(between(random, -0.7, 0.7), Eigen::Vector3d::UnitZ()) *
+         Eigen::AngleAxisd(between(random, 0.3, 0.8), Eigen::Vector3d(std::cos(angle), std::sin(angle), 0)))
+            .toRotationMatrix();
+    const OutlinePair seen = {cube.outline(eyes[0], p, R), cube.outline(eyes[1], p, R)};
+    const auto start = meet(eyes, centroid(seen[0]), centroid(seen[1]), 0.01);
+    ASSERT_TRUE(start);
+    const auto fit = fit_body(cube, eyes, seen, {*start, 0, 0}, true);
+    ASSERT_TRUE(fit);
+    // the turn may be a local best, but never so poor that a ball explains the outlines better
+    if (fit->overlap > 0.93) ++explained;
+    Body ball;
+    ball.solids = {{Solid::Kind::kSphere, {0.03, 0, 0}, {0, 0, 0}}};
+    const auto wrong = fit_body(ball, eyes, seen, {*start, 0, 0}, true);
+    ASSERT_TRUE(wrong);
+    EXPECT_GT(fit->overlap, wrong->overlap);
+    EXPECT_LT((fit->p_Root_m - p).norm(), 0.005);
+    if (!fit->tilt.isIdentity(1e-6)) ++leaning;
+  }
+  EXPECT_GT(leaning, 15);
+  EXPECT_GE(explained, 27);
+}
+
 }  // namespace
 }  // namespace nido::vision

@@ -161,6 +161,27 @@ TEST(Rendered, SeesItsHandWhereItIs) {
   EXPECT_LT(quantile(direction_error_rad, 0.5), 8 * M_PI / 180);
 }
 
+// A cube in the air that leans is no ball, and its middle is known; things in the basket are seen there.
+TEST(Rendered, SeesThingsThatLeanAndThingsInTheBasket) {
+  Stage stage(
+      table_world({"{object: basket, name: basket, position_m: [-0.32, 0.24]}",
+                   "{object: ball, colour: red, name: red ball, position_m: [-0.31, 0.26, -0.02]}",
+                   "{object: cube, colour: green, name: green cube, static: true, position_m: [-0.28, 0.05, "
+                   "0.06], rpy_deg: [25, 20, 20]}"}));
+  stage.place("right_arm", kArmAside);
+  stage.place("left_arm", kArmAside);
+  stage.look_at({-0.31, 0.12, -0.06});
+  Loop loop(stage, templates());
+  loop.set_goal({"point", "", {-0.31, 0.12, -0.06}});
+  loop.run(0.6);
+  for (const std::string name : {"basket", "red ball", "green cube"}) {
+    const auto* object = find(loop.last(), name);
+    ASSERT_NE(object, nullptr) << name;
+    EXPECT_LT((object->p_RootObject_m - stage.truth(name).p_Root_m).norm(), 0.005) << name;
+  }
+  EXPECT_EQ(loop.last().objects.size(), 3U);
+}
+
 // An arm goes over the table while vision watches: what it says of things that lie still must stay true.
 TEST(Rendered, KeepsThingsInPlaceBehindAMovingArm) {
   Stage stage(

@@ -53,18 +53,22 @@ Eigen::Vector3d Body::extents_m() const {
 }
 
 Polygon Body::outline(const EyeView& eye, const Eigen::Vector3d& p_RootBody_m, double yaw_rad) const {
+  return outline(eye, p_RootBody_m, Eigen::AngleAxisd(yaw_rad, Eigen::Vector3d::UnitZ()).toRotationMatrix());
+}
+
+Polygon Body::outline(const EyeView& eye, const Eigen::Vector3d& p_RootBody_m,
+                      const Eigen::Matrix3d& R_RootBody) const {
   const Eigen::Isometry3d X_CameraRoot = eye.X_RootCamera.inverse();
-  const Eigen::Matrix3d turn = Eigen::AngleAxisd(yaw_rad, Eigen::Vector3d::UnitZ()).toRotationMatrix();
   std::vector<Eigen::Vector2d> points;
   const auto add = [&](const Eigen::Vector3d& p) { return add_projected(eye, X_CameraRoot, p, points); };
   for (const Solid& solid : solids) {
-    const Eigen::Vector3d centre = p_RootBody_m + turn * solid.p_BodySolid_m;
+    const Eigen::Vector3d centre = p_RootBody_m + R_RootBody * solid.p_BodySolid_m;
     switch (solid.kind) {
       case Solid::Kind::kBox:
         for (int corner = 0; corner < 8; ++corner) {
           const Eigen::Vector3d sign((corner & 1) != 0 ? 0.5 : -0.5, (corner & 2) != 0 ? 0.5 : -0.5,
                                      (corner & 4) != 0 ? 0.5 : -0.5);
-          if (!add(centre + turn * solid.size_m.cwiseProduct(sign))) return {};
+          if (!add(centre + R_RootBody * solid.size_m.cwiseProduct(sign))) return {};
         }
         break;
       case Solid::Kind::kSphere: {
@@ -82,8 +86,8 @@ Polygon Body::outline(const EyeView& eye, const Eigen::Vector3d& p_RootBody_m, d
       }
       case Solid::Kind::kCylinder:
         for (const double end : {-0.5, 0.5}) {
-          if (!circle(centre + Eigen::Vector3d(0, 0, end * solid.size_m[1]), Eigen::Vector3d::UnitX(),
-                      Eigen::Vector3d::UnitY(), solid.size_m[0], add)) {
+          if (!circle(centre + end * solid.size_m[1] * R_RootBody.col(2), R_RootBody.col(0),
+                      R_RootBody.col(1), solid.size_m[0], add)) {
             return {};
           }
         }

@@ -7,7 +7,7 @@ namespace nido::vision {
 namespace {
 
 constexpr double kScoreGain = 0.15;    // share of a new view in the running score of a shape
-constexpr double kScoreMargin = 0.02;  // by which another shape must be better to take over
+constexpr double kScoreMargin = 0.04;  // by which another shape must be better to take over
 constexpr int kViewsJudgedFully = 5;   // first views of a thing are compared with every shape of its colour
 constexpr int kJudgeEvery = 15;        // later ones only now and then
 
@@ -64,7 +64,7 @@ std::optional<ObjectTracker::Claim> ObjectTracker::claim(const Track& track, con
   Claim result;
   std::array<std::vector<std::size_t>, 2> mine;
   for (std::size_t e = 0; e < 2; ++e) {
-    const Polygon expected = object.body.outline(input.eyes[e], track.p_Root_m, track.yaw_rad);
+    const Polygon expected = object.body.outline(input.eyes[e], track.p_Root_m, track.pose().R_RootBody());
     if (expected.size() < 3) return std::nullopt;
     const double reach_px = 6.0 + 0.35 * std::sqrt(area(expected));
     const Polygon wide = grown(expected, reach_px);
@@ -97,7 +97,8 @@ void ObjectTracker::judge_shape(Track& track, const Claim& seen, const StereoBlo
   for (const std::size_t candidate : objects_of_colour_[colour]) {
     const bool own = candidate == track.object;
     const auto fit = fit_body(templates_.objects[candidate].body, input.eyes, seen.outlines,
-                              {track.p_Root_m, own ? track.yaw_rad : 0, 0}, search_yaw || !own);
+                              own ? track.pose() : Fit{track.p_Root_m, 0, 0, Eigen::Matrix3d::Identity()},
+                              search_yaw || !own);
     const double now = fit ? quality(fit->overlap, look(candidate, input, seen.biggest)) : 0;
     double& score = track.score[candidate];
     score += (track.views == 0 ? 1.0 : kScoreGain) * (now - score);
@@ -114,6 +115,7 @@ void ObjectTracker::judge_shape(Track& track, const Claim& seen, const StereoBlo
       track.object = best;
       track.p_Root_m = fit->p_Root_m;
       track.yaw_rad = fit->yaw_rad;
+      track.tilt = fit->tilt;
     }
   }
 }
@@ -126,12 +128,12 @@ void ObjectTracker::update(Track& track, const Claim& seen, const StereoBlobs& i
   double visible = 1;
   double inside = 1;
   for (std::size_t e = 0; e < 2; ++e) {
-    const Polygon expected = body->outline(input.eyes[e], track.p_Root_m, track.yaw_rad);
+    const Polygon expected = body->outline(input.eyes[e], track.p_Root_m, track.pose().R_RootBody());
     if (expected.size() < 3) continue;
     visible = std::min(visible, area(seen.outlines[e]) / area(expected));
     inside = std::min(inside, inside_fraction(seen.outlines[e], expected));
   }
-  const auto fit = fit_body(*body, input.eyes, seen.outlines, {track.p_Root_m, track.yaw_rad, 0}, false);
+  const auto fit = fit_body(*body, input.eyes, seen.outlines, track.pose(), false);
   // a thing that is explained as a whole where it is now is not hidden, whatever was expected
   const bool whole = visible >= settings_.whole_fraction || (fit && fit->overlap > settings_.whole_overlap);
   track.occluded = track.views > 0 && !whole;
@@ -156,7 +158,10 @@ void ObjectTracker::update(Track& track, const Claim& seen, const StereoBlobs& i
   const double period = templates_.objects[track.object].body.symmetry_rad;
   if (period > 0 && !track.occluded) {
     const double turn = std::remainder(fit->yaw_rad - track.yaw_rad, period);
-    track.yaw_rad = std::remainder(track.yaw_rad + gain * turn, period);
+    // what leans moves as a whole: its turn is taken as seen
+    const bool leans = !fit->tilt.isIdentity(1e-6) || !track.tilt.isIdentity(1e-6);
+    track.yaw_rad = leans ? fit->yaw_rad : std::remainder(track.yaw_rad + gain * turn, period);
+    track.tilt = fit->tilt;
   }
   const double now = track.occluded ? confidence_of(fit->overlap) * std::max(0.3, visible)
                                     : confidence_of(track.score[track.object]);
@@ -186,6 +191,7 @@ bool ObjectTracker::take_up(const Claim& seen, const Eigen::Vector3d& p_Root_m, 
       track.object = candidate;
       track.p_Root_m = fit->p_Root_m;
       track.yaw_rad = fit->yaw_rad;
+      track.tilt = fit->tilt;
     }
   }
   if (best_overlap < least_overlap || best_look < settings_.least_correlation) return false;

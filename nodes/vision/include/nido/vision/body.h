@@ -30,8 +30,10 @@ struct Body {
 
   // Edges of the upright box around the body at yaw 0.
   [[nodiscard]] Eigen::Vector3d extents_m() const;
-  // Convex outline of the upright body as an eye sees it, cut at the image's border; empty if it is not in
-  // view. `yaw_rad` turns about the root's z.
+  // Convex outline of the body as an eye sees it, cut at the image's border; empty if it is not in view.
+  [[nodiscard]] Polygon outline(const EyeView& eye, const Eigen::Vector3d& p_RootBody_m,
+                                const Eigen::Matrix3d& R_RootBody) const;
+  // The same of the upright body, turned about the root's z.
   [[nodiscard]] Polygon outline(const EyeView& eye, const Eigen::Vector3d& p_RootBody_m,
                                 double yaw_rad) const;
 };

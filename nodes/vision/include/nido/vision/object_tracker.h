@@ -70,12 +70,14 @@ class ObjectTracker {
     std::vector<double> score;  // per template: running mean of how well it explains this thing
     Eigen::Vector3d p_Root_m = Eigen::Vector3d::Zero();
     double yaw_rad = 0;
+    Eigen::Matrix3d tilt = Eigen::Matrix3d::Identity();
     double confidence = 0;
     int views = 0;  // whole views so far
     Time seen;
     bool seen_now = false;
     bool occluded = false;
     std::array<std::array<double, 4>, 2> box{};
+    [[nodiscard]] Fit pose() const { return {p_Root_m, yaw_rad, 0, tilt}; }
   };
   // What the blobs that a track claims look like together.
   struct Claim {

@@ -17,6 +17,12 @@ struct Fit {
   Eigen::Vector3d p_Root_m = Eigen::Vector3d::Zero();  // the body's centre
   double yaw_rad = 0;
   double overlap = 0;  // mean over both eyes of intersection over union, 0..1
+  // Rotation from the body's frame to that of an upright body of this yaw; none unless a leaning body
+  // explains the outlines clearly better.
+  Eigen::Matrix3d tilt = Eigen::Matrix3d::Identity();
+  [[nodiscard]] Eigen::Matrix3d R_RootBody() const {
+    return Eigen::AngleAxisd(yaw_rad, Eigen::Vector3d::UnitZ()).toRotationMatrix() * tilt;
+  }
 };
 
 // The point whose images lie nearest to two image points; nothing if the lines of sight miss each other by
@@ -25,13 +31,14 @@ struct Fit {
                                                   const Eigen::Vector2d& right_px, double max_gap_m);
 
 // Fits a body to outlines: moves it until the outlines' centres agree, and turns it to the best overlap.
-// `start` gives position and yaw to begin with; `search_yaw`: try all yaws, else only near the start. Nothing
-// if the body cannot be seen where the outlines are.
+// `start` gives the pose to begin with; `search_yaw`: try all yaws, else only near the start. Leaning poses
+// are tried when no upright one explains what is seen. Nothing if the body cannot be seen where the outlines
+// are.
 [[nodiscard]] std::optional<Fit> fit_body(const Body& body, const EyePair& eyes, const OutlinePair& seen,
                                           const Fit& start, bool search_yaw);
 
 // Overlap of the body's outlines at a pose with what was seen.
 [[nodiscard]] double pose_overlap(const Body& body, const EyePair& eyes, const OutlinePair& seen,
-                                  const Eigen::Vector3d& p_Root_m, double yaw_rad);
+                                  const Fit& pose);
 
 }  // namespace nido::vision
