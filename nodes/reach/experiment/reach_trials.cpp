@@ -24,7 +24,9 @@ using namespace nido::reach;  // NOLINT(google-build-using-namespace)
 constexpr const char* kWorldPort = "/icubSim/world";
 constexpr const char* kBall = "red ball";
 constexpr double kBallRadius_m = 0.03;
-constexpr double kFloor_m = -0.5976;  // root frame
+// The world port's frame, the old simulator's: x left, y up, z forward; this is the root in it.
+constexpr double kRootHeight_m = 0.5976;
+constexpr double kRootForward_m = -0.026;
 constexpr int kViewsOfBall = 5;
 constexpr double kSeeLimit_s = 8.0;
 constexpr double kActLimit_s = 30.0;
@@ -48,7 +50,8 @@ class World {
   explicit World(Node& node) : node_(node) {}
 
   Status put_ball(const Eigen::Vector3d& p_Root_m) {
-    const std::string place = fmt::format("{} {} {}", -p_Root_m.y(), p_Root_m.z() - kFloor_m, -p_Root_m.x());
+    const std::string place =
+        fmt::format("{} {} {}", -p_Root_m.y(), p_Root_m.z() + kRootHeight_m, -p_Root_m.x() + kRootForward_m);
     const std::string line = made_
                                  ? "world set ssph 1 " + place
                                  : fmt::format("world mk ssph {} {} 0.85 0.05 0.05 0", kBallRadius_m, place);
@@ -58,10 +61,27 @@ class World {
       return Error{ErrorCode::kFailed, fmt::format("the world answered '{}' to '{}'", *answer, line)};
     }
     made_ = true;
+    const auto pose = numbers("world where \"ssph 1\"", 10);
+    if (!pose) return pose.error();
+    const Eigen::Vector3d there((*pose)[0], (*pose)[1], (*pose)[2]);
+    if ((there - p_Root_m).norm() > 1e-3) {
+      return Error{ErrorCode::kFailed, fmt::format("the ball is {:.1f} mm from where it was put",
+                                                   1000.0 * (there - p_Root_m).norm())};
+    }
     return {};
   }
   Result<Eigen::Vector3d> mark_Root_m(const std::string& side, const Eigen::Vector3d& p_PalmMark_m) {
-    auto answer = node_.call(kWorldPort, "world palm " + side, 10.0);
+    const auto pose = numbers("world palm " + side, 7);
+    if (!pose) return pose.error();
+    const std::vector<double>& values = *pose;
+    const Eigen::Quaterniond turn(values[6], values[3], values[4], values[5]);
+    return Eigen::Vector3d(Eigen::Vector3d(values[0], values[1], values[2]) +
+                           turn.normalized() * p_PalmMark_m);
+  }
+
+ private:
+  Result<std::vector<double>> numbers(const std::string& line, std::size_t count) {
+    auto answer = node_.call(kWorldPort, line, 10.0);
     if (!answer) return answer.error();
     std::vector<double> values;
     for (const char* at = answer->c_str();;) {
@@ -71,16 +91,12 @@ class World {
       values.push_back(value);
       at = end;
     }
-    if (values.size() != 7) {
-      return Error{ErrorCode::kFailed,
-                   fmt::format("the world answered '{}' to 'world palm {}'", *answer, side)};
+    if (values.size() != count) {
+      return Error{ErrorCode::kFailed, fmt::format("the world answered '{}' to '{}'", *answer, line)};
     }
-    const Eigen::Quaterniond turn(values[6], values[3], values[4], values[5]);
-    return Eigen::Vector3d(Eigen::Vector3d(values[0], values[1], values[2]) +
-                           turn.normalized() * p_PalmMark_m);
+    return values;
   }
 
- private:
   Node& node_;
   bool made_ = false;
 };
