@@ -258,7 +258,10 @@ void Contacts::find(const Objects& objects, double step_s) {
           if (!overlap(part.aabb.data(), box)) continue;
           const Side robot{
               {OwnerKind::kLink, part.link}, &part.surface, robot_.bodies()[part.link], static_cast<int>(r)};
-          by_robot = collide_robot(part, robot, geom, side) || by_robot;
+          if (!collide_robot(part, robot, geom, side)) continue;
+          by_robot = true;
+          // a limb at rest wakes when something touches it, or it would feel no force
+          if (robot.body != nullptr) dBodyEnable(robot.body);
         }
       }
     }
