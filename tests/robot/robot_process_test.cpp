@@ -8,6 +8,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdlib>
 #include <filesystem>
@@ -132,6 +133,14 @@ TEST_F(RobotProcess, ServesTheFakeRobotAndEndsWhenAskedTo) {
   EXPECT_NEAR(arm->read_joints()->position_rad[3], 1.0, 1e-6);
   Image image;
   EXPECT_TRUE(eye->grab(image).ok());
+  // poses of all links come to whoever connects
+  const auto poses = required(node->open_input<msgs::TFMessage>(local + "/tf:i", Profile::kEvent));
+  ASSERT_TRUE(poses->connect("/tf").ok());
+  ASSERT_TRUE(poses->wait_for_message(kPatience_s));
+  const auto& transforms = poses->take()->transforms();
+  EXPECT_GT(transforms.size(), 53U);
+  EXPECT_TRUE(std::any_of(transforms.begin(), transforms.end(),
+                          [](const auto& transform) { return transform.child_frame_id() == "r_hand"; }));
   robot.signal(SIGTERM);
   const std::optional<int> code = robot.wait(1.0);
   ASSERT_TRUE(code.has_value()) << "still running 1 s after SIGTERM";

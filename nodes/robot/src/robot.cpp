@@ -8,6 +8,7 @@
 
 #include "nido/simulator/devices/simulated_robot.h"
 #include "nido/wrappers/servers.h"
+#include "src/body_server.h"
 
 namespace nido {
 namespace {
@@ -41,6 +42,17 @@ Result<std::unique_ptr<Robot>> Robot::create(Node& node, const RobotFile& file, 
   }
   for (const ServerEntry& entry : file.servers) {
     if (Status added = robot->add_server(node, entry); !added) return added.error();
+  }
+  if (!file.body.urdf.empty()) {
+    std::vector<const IControlBoard*> boards;
+    for (const Device& device : robot->devices_) {
+      if (device.limited) boards.push_back(device.limited.get());
+    }
+    Result<std::unique_ptr<IServer>> body =
+        serve_body(node, file.path.parent_path() / file.body.urdf, std::move(boards),
+                   static_cast<std::int64_t>(std::llround(1e9 / file.body.rate_hz)));
+    if (!body) return body.error();
+    robot->servers_.push_back(std::move(*body));
   }
   return robot;
 }

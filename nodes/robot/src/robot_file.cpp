@@ -56,6 +56,20 @@ const Schema& server_schema() {
   return schema;
 }
 
+const Schema& body_schema() {
+  static const Schema schema{
+      "body",
+      "",
+      {{.key = "urdf", .required = true, .meaning = "the body, seen from this file's folder"},
+       {.key = "rate_hz",
+        .kind = ValueKind::kNumber,
+        .fallback = "10",
+        .meaning = "of /tf",
+        .min = 0.1,
+        .max = 100}}};
+  return schema;
+}
+
 const Schema& robot_schema() {
   static const Schema schema{"robot file",
                              "",
@@ -74,6 +88,10 @@ const Schema& robot_schema() {
                                .kind = ValueKind::kAnyMap,
                                .fallback = "{}",
                                .meaning = "parameters of the simulator"},
+                              {.key = "body",
+                               .kind = ValueKind::kMap,
+                               .meaning = "poses of all links on /tf; without it there is no /tf",
+                               .inner = &body_schema()},
                               {.key = "devices",
                                .kind = ValueKind::kList,
                                .required = true,
@@ -106,6 +124,9 @@ Result<RobotFile> load_robot_file(const std::filesystem::path& path) {
   file.simulated_time = (*checked)["clock"].as<std::string>() == "simulated";
   file.period_s = (*checked)["period_s"].as<double>();
   file.simulation = own_map(*document, "simulation");
+  if (const YAML::Node body = (*checked)["body"]) {
+    file.body = {body["urdf"].as<std::string>(), body["rate_hz"].as<double>()};
+  }
   std::set<std::string> names;
   for (std::size_t i = 0; i < (*checked)["devices"].size(); ++i) {
     const YAML::Node entry = (*checked)["devices"][i];

@@ -27,6 +27,12 @@ struct ServerEntry {
   bool on_demand = false;  // only while somebody is connected: for what costs much and is looked at seldom
 };
 
+// The body, for /tf.
+struct BodyEntry {
+  std::string urdf;  // seen from the robot file's folder; empty: no /tf
+  double rate_hz = 10;
+};
+
 // A robot file, checked, with every default filled in.
 struct RobotFile {
   std::filesystem::path path;
@@ -34,6 +40,7 @@ struct RobotFile {
   bool simulated_time = false;  // the robot process makes /clock; else the computer's clock
   double period_s = 0.01;       // control period
   YAML::Node simulation;        // parameters of the simulator; empty map unless a device needs one
+  BodyEntry body;
   std::vector<DeviceEntry> devices;
   std::vector<ServerEntry> servers;
 };
