@@ -273,9 +273,10 @@ TEST(Sensors, a_pad_feels_what_it_touches_and_nothing_else) {
   auto sim = make(robot_only());
   ASSERT_TRUE(sim->step(0.1).ok());
   for (const bool on : sim->touch(Hand::kRight).on) EXPECT_FALSE(on);
-  // a static ball pressed a millimetre into the palm, whose skin lies 1 mm behind the palm frame; port's
-  // frame
-  const Eigen::Vector3d p = *sim->X_WorldLink("r_hand") * Eigen::Vector3d(-0.02, 0, -0.001 + 0.02 - 0.001);
+  // a static ball pressed a millimetre into the palm, off the thumb; its skin lies 1 mm behind the palm
+  // frame; port's frame
+  const Eigen::Vector3d p =
+      *sim->X_WorldLink("r_hand") * Eigen::Vector3d(-0.035, 0.022, -0.001 + 0.02 - 0.001);
   const auto line = "world mk ssph 0.02 " + std::to_string(-p.y()) + " " +
                     std::to_string(p.z() - Simulation::kFloorHeight_m) + " " +
                     std::to_string(-p.x() - 0.026) + " 1 0 0";
