@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <memory>
+#include <mutex>
 #include <vector>
 
 namespace nido {
@@ -28,8 +29,8 @@ class GuardedTransport final : public transport::ChainingTransport {
   explicit GuardedTransport(std::shared_ptr<transport::TransportDescriptorInterface> low)
       : ChainingTransport(Chain(std::move(low))) {}
 
-  // All calls that send or open outputs come with the participant's lock on its sender resources held.
   bool OpenOutputChannel(transport::SendResourceList& resources, const rtps::Locator_t& locator) override {
+    const std::lock_guard lock(mutex_);
     if (!low_level_transport_->OpenOutputChannel(low_resources_, locator)) {
       return false;
     }
@@ -100,6 +101,7 @@ class GuardedTransport final : public transport::ChainingTransport {
       send_lambda_ = [&owner, &low](const rtps::octet* data, std::uint32_t size,
                                     rtps::LocatorsIterator* begin, rtps::LocatorsIterator* end,
                                     const std::chrono::steady_clock::time_point& deadline) {
+        const std::lock_guard lock(owner.mutex_);
         OpeningIterator opening(owner, *begin);
         return low.send(data, size, &opening, end, deadline);
       };
@@ -112,6 +114,9 @@ class GuardedTransport final : public transport::ChainingTransport {
     rtps::SenderResource& low_;
   };
 
+  // One sends or opens at a time. The participant has a lock of its own for that, so nobody waits here; but
+  // that is a habit of the library and no promise.
+  std::mutex mutex_;
   transport::SendResourceList low_resources_;
   std::size_t wrapped_ = 0;
   std::vector<rtps::Locator_t> opened_;

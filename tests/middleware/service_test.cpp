@@ -85,6 +85,8 @@ TEST(Service, ManyClientsAtOnce) {
   std::atomic<int> good{0};
   for (int c = 0; c < 3; ++c) {
     clients.push_back(make_node("client" + std::to_string(c)));
+  }
+  for (int c = 0; c < 3; ++c) {
     for (int t = 0; t < 2; ++t) {
       threads.emplace_back([&, c, t] {
         for (int i = 0; i < 20; ++i) {
