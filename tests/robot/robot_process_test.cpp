@@ -137,7 +137,9 @@ TEST_F(RobotProcess, ServesTheFakeRobotAndEndsWhenAskedTo) {
   const auto poses = required(node->open_input<msgs::TFMessage>(local + "/tf:i", Profile::kEvent));
   ASSERT_TRUE(poses->connect("/tf").ok());
   ASSERT_TRUE(poses->wait_for_message(kPatience_s));
-  const auto& transforms = poses->take()->transforms();
+  const std::optional<msgs::TFMessage> body = poses->take();
+  ASSERT_TRUE(body.has_value());
+  const auto& transforms = body->transforms();
   EXPECT_GT(transforms.size(), 53U);
   EXPECT_TRUE(std::any_of(transforms.begin(), transforms.end(),
                           [](const auto& transform) { return transform.child_frame_id() == "r_hand"; }));
