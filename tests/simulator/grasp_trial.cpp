@@ -232,7 +232,11 @@ GraspResult try_grasp(Simulation& sim, const ArmReach& reach, const GraspPosture
   }
   move.along(last, over, 2.0);
   move.wait(0.3);
-  move.fingers(posture.preshape_rad, posture.close_speed_rad_s);
+  // wide open: the fingers' shape before the grasp still goes round the thing
+  std::array<double, 9> open{};
+  open[0] = posture.preshape_rad[0];
+  open[1] = 20 * kDegree;
+  move.fingers(open, posture.close_speed_rad_s);
   move.wait(1.5);
   result.in_basket = *sim.is_inside(trial.object, trial.basket);
   return result;
