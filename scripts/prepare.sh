@@ -69,6 +69,7 @@ run_ninja() {
       if [ -t 2 ]; then
         printf '\rbuilding: %s of %s ' "${BASH_REMATCH[1]}" "${BASH_REMATCH[2]}" >&2; shown=1
       elif [ "${BASH_REMATCH[2]}" -ge 10 ]; then
+        if [ "$shown" -eq 0 ]; then shown=1; say "building ${BASH_REMATCH[2]} parts ..."; fi
         tenth=$((10 * BASH_REMATCH[1] / BASH_REMATCH[2]))
         if [ "$tenth" -gt "$shown" ]; then
           shown=$tenth; say "building: ${BASH_REMATCH[1]} of ${BASH_REMATCH[2]}"

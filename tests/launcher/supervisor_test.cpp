@@ -49,9 +49,10 @@ class Supervision : public testing::Test {
     wait_for([&](const auto& event) { return event.name == name && event.text == "up"; });
   }
   // Ends everything and returns how long it took.
-  double stop(milliseconds grace = seconds(2), milliseconds whole = seconds(4)) {
+  double stop(milliseconds grace = seconds(2), milliseconds whole = seconds(4),
+              milliseconds stagger = milliseconds(250)) {
     const auto start = steady_clock::now();
-    supervisor_->begin_stop(grace, whole);
+    supervisor_->begin_stop(grace, whole, stagger);
     while (!supervisor_->all_gone() && steady_clock::now() - start < seconds(20)) {
       for (auto& event : supervisor_->poll(milliseconds(200))) seen_.push_back(event);
     }
@@ -134,7 +135,7 @@ TEST_F(Supervision, TheEnvironmentIsAddedTo) {
 TEST_F(Supervision, StopsInReverseOrder) {
   for (const char* name : {"a", "b", "c"}) ASSERT_TRUE(supervisor_->start(process(name, {"wait"})).ok());
   for (const char* name : {"a", "b", "c"}) wait_up(name);
-  stop();
+  stop(seconds(10), seconds(20), seconds(10));
   std::vector<std::string> order;
   for (const auto& event : seen_) {
     if (event.kind == Kind::kEnded) order.push_back(event.name);
@@ -182,7 +183,7 @@ TEST_F(Supervision, WhatAProcessStartedItselfEndsWithIt) {
     if (e.text.starts_with("grandchild ")) grandchild = std::stoi(e.text.substr(11));
     return grandchild > 0;
   });
-  stop();
+  stop(seconds(10), seconds(20), seconds(10));
   const auto until = steady_clock::now() + seconds(10);
   while (start_time_of(grandchild) != 0 && steady_clock::now() < until) supervisor_->poll(milliseconds(20));
   EXPECT_EQ(start_time_of(grandchild), 0U);

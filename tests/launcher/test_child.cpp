@@ -25,11 +25,19 @@ int main(int argc, char** argv) {
     return 0;
   }
   if (mode == "stubborn") signal(SIGTERM, SIG_IGN);
-  if (mode == "grandchild" && fork() == 0) {
-    signal(SIGTERM, SIG_IGN);
-    std::printf("grandchild %d\n", static_cast<int>(getpid()));
-    std::fflush(stdout);
-    while (true) pause();
+  if (mode == "grandchild") {
+    int ready[2];
+    if (pipe(ready) != 0) return 1;
+    if (fork() == 0) {
+      signal(SIGTERM, SIG_IGN);
+      std::printf("grandchild %d\n", static_cast<int>(getpid()));
+      std::fflush(stdout);
+      if (write(ready[1], "x", 1) != 1) return 1;
+      while (true) pause();
+    }
+    // "up" comes after the grandchild's line
+    char byte = 0;
+    if (read(ready[0], &byte, 1) != 1) return 1;
   }
   std::puts("up");
   std::fflush(stdout);

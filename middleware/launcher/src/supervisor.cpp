@@ -269,7 +269,10 @@ std::vector<SupervisorEvent> Supervisor::poll(std::chrono::milliseconds timeout,
     if (entry->restart_due && !stopping_) until = std::min(until, *entry->restart_due);
     if (entry->kill_due) until = std::min(until, *entry->kill_due);
   }
-  if (stopping_) until = std::min(until, std::max(stop_deadline_, now + std::chrono::milliseconds(1)));
+  if (stopping_) {
+    const auto soonest = now + std::chrono::milliseconds(1);
+    until = std::min({until, std::max(stop_deadline_, soonest), std::max(next_stop_, soonest)});
+  }
   // without pidfds the end of a process is seen by looking
   if (!all_have_pidfds) until = std::min(until, now + std::chrono::milliseconds(20));
   fds.push_back({wake_fd, POLLIN, 0});
@@ -302,10 +305,12 @@ std::vector<SupervisorEvent> Supervisor::poll(std::chrono::milliseconds timeout,
   return events;
 }
 
-void Supervisor::begin_stop(std::chrono::milliseconds grace, std::chrono::milliseconds whole_grace) {
+void Supervisor::begin_stop(std::chrono::milliseconds grace, std::chrono::milliseconds whole_grace,
+                            std::chrono::milliseconds stagger) {
   if (stopping_) return;
   stopping_ = true;
   grace_ = grace;
+  stagger_ = stagger;
   stop_deadline_ = SteadyClock::now() + whole_grace;
   for (auto& entry : entries_) entry->restart_due.reset();
   go_on_stopping();
@@ -314,19 +319,21 @@ void Supervisor::begin_stop(std::chrono::milliseconds grace, std::chrono::millis
 void Supervisor::go_on_stopping() {
   const auto now = SteadyClock::now();
   if (now >= stop_deadline_ && !killing_) kill_all();
-  // last started first; the one before it is asked only when it has gone
+  // last started first; the one before it is asked when it has gone, or after a while: on a busy machine
+  // they would not all have their grace otherwise
   for (auto it = entries_.rbegin(); it != entries_.rend(); ++it) {
     Entry& entry = **it;
     if (!entry.running) continue;
     if (!entry.kill_due) {
       kill(entry.child.pid, SIGTERM);
       entry.kill_due = now + grace_;
+      next_stop_ = now + stagger_;
     } else if (now >= *entry.kill_due) {
       killed_.push_back(entry.process.name);
       kill(-entry.child.pid, SIGKILL);
       entry.kill_due = now + std::chrono::hours(1);
     }
-    return;
+    if (now < next_stop_) return;
   }
 }
 

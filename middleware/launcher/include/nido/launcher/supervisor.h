@@ -56,10 +56,12 @@ class Supervisor {
   // early when `wake_fd` becomes readable (-1: none).
   std::vector<SupervisorEvent> poll(std::chrono::milliseconds timeout, int wake_fd = -1);
 
-  // From now on nothing is restarted, and poll() ends the processes one by one, last started first: SIGTERM,
-  // SIGKILL after `grace`; all that is left is killed after `whole_grace`.
+  // From now on nothing is restarted, and poll() ends the processes, last started first: SIGTERM to one, to
+  // the one before it when that has gone or after `stagger`; SIGKILL to each `grace` after its SIGTERM; all
+  // that is left is killed after `whole_grace`.
   void begin_stop(std::chrono::milliseconds grace = std::chrono::seconds(2),
-                  std::chrono::milliseconds whole_grace = std::chrono::seconds(4));
+                  std::chrono::milliseconds whole_grace = std::chrono::seconds(4),
+                  std::chrono::milliseconds stagger = std::chrono::milliseconds(250));
   // SIGKILL to everything at once; poll() collects the ends.
   void kill_all();
 
@@ -89,6 +91,8 @@ class Supervisor {
   bool stopping_ = false;
   bool killing_ = false;
   std::chrono::milliseconds grace_{2000};
+  std::chrono::milliseconds stagger_{250};
+  std::chrono::steady_clock::time_point next_stop_;
   std::chrono::steady_clock::time_point stop_deadline_;
   std::vector<std::string> killed_;
 };
