@@ -8,7 +8,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "launched_app.h"
+#include "nido/experiment/launched_app.h"
 #include "nido/report/experiment_cli.h"
 #include "nido/report/report.h"
 #include "nido/report/statistics.h"

@@ -8,7 +8,7 @@
 #include <filesystem>
 #include <optional>
 
-#include "launched_app.h"
+#include "nido/experiment/launched_app.h"
 #include "nido/launcher/paths.h"
 #include "nido/reach/babbling.h"
 #include "nido/reach/posture_network.h"

@@ -329,6 +329,12 @@ Status run(Node& node) {
     }
     for (int i = 0; i < kJoints; ++i) planner.home(i) = (*home)[static_cast<std::size_t>(i)] * kRadPerDeg;
   }
+  auto table = node.parameter<bool>("table", true);
+  if (!table) return table.error();
+  if (!*table) {  // nothing to keep clear of: a block deep under the floor
+    planner.table_min_Root_m.z() = -20.0;
+    planner.table_max_Root_m.z() = -10.0;
+  }
   auto home_at_start = node.parameter<bool>("home_at_start", true);
   if (!home_at_start) return home_at_start.error();
   auto controller = node.parameter<std::string>("controller", "learned");
