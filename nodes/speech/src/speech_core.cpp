@@ -23,6 +23,8 @@ constexpr double kStartLevel = 3000.0;     // root mean square of usual speech, 
 constexpr double kLevelDecay = 0.9995;     // a chunk: halves in 28 s
 constexpr int kWarmUpChunks = 75;          // of noise alone, so that the decoders know it before they listen
 constexpr double kBackgroundRise = 1.004;  // a chunk: 1.7 dB a second
+// where the language model hears no phrase at all, it must at least take the grammar's for this likely
+constexpr double kSureAlone = 0.05;
 constexpr double kLoudnessRange =
     3.0;  // speech has moments so much louder than its background; steady noise has not
 
@@ -157,7 +159,8 @@ struct SpeechCore::Impl {
                                  settings.longest_s);
     } else if (by_grammar.text.empty() || !book.find(by_grammar.text)) {
       heard.reason = "no such phrase: what was said sounds like none of those that I know";
-    } else if (by_trigram.share[by_grammar.text] < settings.lowest_confidence) {
+    } else if (by_trigram.share[by_grammar.text] <
+               (book.find(by_trigram.text) ? settings.lowest_confidence : kSureAlone)) {
       heard.reason = fmt::format("no such phrase: the nearest that I know is \"{}\", but it does not fit",
                                  by_grammar.text);
     } else {

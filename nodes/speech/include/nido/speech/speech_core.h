@@ -17,8 +17,8 @@ struct SpeechSettings {
   double longest_s = 8.0;      // speech longer than this is cut and rejected
   double noise_floor_db =
       -33.0;  // level of the pink noise that is added, relative to the loudest speech so far
-  double lowest_confidence = 0.05;  // less sure than this is rejected, 0..1
-  std::uint64_t seed = 1;           // of that noise
+  double lowest_confidence = 0.0005;  // less sure than this is rejected, 0..1 (docs/speech.md)
+  std::uint64_t seed = 1;             // of that noise
 };
 
 // A piece of sound, as it comes from a port or a file.
