@@ -109,7 +109,7 @@ TEST(GraspCore, NoticesThatTheObjectSlipped) {
   EXPECT_NE(last.reason.find("slipped"), std::string::npos);
 }
 
-TEST(GraspCore, ReleaseOpensToThePreshape) {
+TEST(GraspCore, ReleaseOpensToTheRestPosture) {
   const GraspOptions o = options();
   GraspCore core(o, all_closed);
   HandWorld hand(0.5);

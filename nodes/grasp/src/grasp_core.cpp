@@ -45,8 +45,9 @@ void GraspCore::start(const GraspGoal& goal, const GraspInputs& inputs) {
     nothing_felt_s_ = 0;
   } else if (goal.action == "open" || goal.action == "release") {
     phase_ = Phase::kMoving;
-    // releasing is the grasp inverted: back to the posture from which the fingers closed
-    move_goal_ = preshape_of(goal.object);
+    // releasing is the grasp inverted: back to the hand's posture before any grasp, wider than a pre-shape,
+    // which may still carry a ball
+    move_goal_ = goal.action == "open" ? preshape_of(goal.object) : options_.rest;
   } else {
     phase_ = Phase::kIdle;
     target_ = inputs.measured;
