@@ -235,6 +235,14 @@ void GoalSelectionCore::step_hold() {
 
 void GoalSelectionCore::step_find_basket() {
   if (lost_it("carried")) return;
+  // hand and object may hide it now; then it is where it was seen last
+  const auto earlier = views_.find(settings_.basket);
+  if (gaze_.mode == "search" && gaze_.target == settings_.basket && gaze_.search_done &&
+      earlier != views_.end() && !view_of(settings_.basket, 1, entered_s_)) {
+    basket_ = earlier->second.back().second;
+    carry_to_basket();
+    return;
+  }
   if (found(settings_.basket, "carried",
             fmt::format("I hold the {} but looked over the whole table and do not find the {}.",
                         object_name(), settings_.basket))) {
@@ -245,16 +253,20 @@ void GoalSelectionCore::step_find_basket() {
 void GoalSelectionCore::step_fixate_basket() {
   if (lost_it("carried")) return;
   if (measured(settings_.basket, basket_)) {
-    const double rim_z_m = basket_.p_RootObject_m.z() + 0.5 * basket_.size_m.z();
-    ask_reach("carry",
-              {basket_.p_RootObject_m.x(), basket_.p_RootObject_m.y(), rim_z_m + settings_.release_height_m});
-    say("carried", "begin",
-        fmt::format("I see the {} {} and carry the {} there.", settings_.basket, place_text(basket_),
-                    object_name()));
-    enter(State::kCarry, "carrying the " + object_name());
+    carry_to_basket();
   } else if (in_state_s() > settings_.fixation_wait_s + kMostUncertainHold_s) {
     enter(State::kFindBasket, "looking for the basket");  // bounded by the limit of the job
   }
+}
+
+void GoalSelectionCore::carry_to_basket() {
+  const double rim_z_m = basket_.p_RootObject_m.z() + 0.5 * basket_.size_m.z();
+  ask_reach("carry",
+            {basket_.p_RootObject_m.x(), basket_.p_RootObject_m.y(), rim_z_m + settings_.release_height_m});
+  say("carried", "begin",
+      fmt::format("I see the {} {} and carry the {} there.", settings_.basket, place_text(basket_),
+                  object_name()));
+  enter(State::kCarry, "carrying the " + object_name());
 }
 
 void GoalSelectionCore::step_carry() {

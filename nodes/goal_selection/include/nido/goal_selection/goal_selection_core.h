@@ -169,6 +169,7 @@ class GoalSelectionCore {
   void step_hold();
   void step_find_basket();
   void step_fixate_basket();
+  void carry_to_basket();
   void step_carry();
   void step_release();
   void step_go_home();
