@@ -46,7 +46,7 @@ struct GraspOptions {
   FingerLimits limits;
   std::map<std::string, FingerPosture> preshape;  // by shape: "cube", "ball", "bear"; "" for all others
   FingerPosture rest;                             // of an empty hand that does nothing
-  double decision_period_s = 0.1;                 // the network is asked so often
+  double decision_period_s = 0.5;                 // the network is asked so often
   int decisions = 3;                              // of one closing; then the grasp is judged
   double speed_rad_s = 1.2;  // of proximal joints; distal joints move in proportion to their range
   double lead_rad =
