@@ -84,7 +84,10 @@ TEST_F(Launch, AProcessThatFailsBeforeItIsReadyIsReportedWithItsSentence) {
       launch(app({robot_, "name: eye, depends_on: [robot], parameters: {behaviour: fail}"}))->wait();
   EXPECT_EQ(ended.code, 3) << ended.out << ended.err;
   EXPECT_NE(ended.out.find("there is no lens in front of the eye"), std::string::npos) << ended.out;
-  EXPECT_NE(ended.out.find("process 'eye' failed: there is no lens in front of the eye (before it was ready)"), std::string::npos) << ended.out;
+  EXPECT_NE(
+      ended.out.find("process 'eye' failed: there is no lens in front of the eye (before it was ready)"),
+      std::string::npos)
+      << ended.out;
   EXPECT_TRUE(nothing_lives());
 }
 
@@ -108,10 +111,11 @@ TEST_F(Launch, ADeathInMidRunFailsTheRunWithItsLastLines) {
 }
 
 TEST_F(Launch, AProcessIsRestartedByItsPolicyThenGivenUp) {
-  const auto ended = launch(app({robot_,
-                                 "name: eye, depends_on: [robot], parameters: {behaviour: die}, restart: "
-                                 "{policy: on-failure, max: 1, backoff_s: 0.05}"}))
-                         ->wait();
+  const auto ended =
+      launch(app({robot_,
+                  "name: eye, clock: simulated, depends_on: [robot], parameters: {behaviour: die}, restart: "
+                  "{policy: on-failure, max: 1, backoff_s: 0.05}"}))
+          ->wait();
   EXPECT_EQ(ended.code, 1) << ended.out << ended.err;
   EXPECT_NE(ended.out.find("it is started again in 0.1 s (restart 1 of at most 1)"), std::string::npos)
       << ended.out;
