@@ -14,8 +14,9 @@ namespace nido {
   std::vector<bool> seen(static_cast<std::size_t>(axes), false);
   for (const int joint : joints) {
     if (joint < 0 || joint >= axes) {
-      return Error{ErrorCode::kInvalidArgument,
-                   "joint " + std::to_string(joint) + " does not exist: joints are 0.." + std::to_string(axes - 1)};
+      return Error{
+          ErrorCode::kInvalidArgument,
+          "joint " + std::to_string(joint) + " does not exist: joints are 0.." + std::to_string(axes - 1)};
     }
     if (seen[static_cast<std::size_t>(joint)]) {
       return Error{ErrorCode::kInvalidArgument, "joint " + std::to_string(joint) + " is named twice"};
@@ -26,16 +27,18 @@ namespace nido {
 }
 
 // The same, with a value for each joint.
-[[nodiscard]] inline Status check_joint_values(int axes, std::span<const int> joints, std::span<const double> values) {
+[[nodiscard]] inline Status check_joint_values(int axes, std::span<const int> joints,
+                                               std::span<const double> values) {
   if (joints.size() != values.size()) {
     return Error{ErrorCode::kInvalidArgument, std::to_string(joints.size()) + " joints but " +
-                                                  std::to_string(values.size()) + " values: one a joint is expected"};
+                                                  std::to_string(values.size()) +
+                                                  " values: one a joint is expected"};
   }
   if (Status joints_ok = check_joints(axes, joints); !joints_ok) return joints_ok;
   for (std::size_t i = 0; i < values.size(); ++i) {
     if (!std::isfinite(values[i])) {
-      return Error{ErrorCode::kInvalidArgument,
-                   "value " + std::to_string(values[i]) + " for joint " + std::to_string(joints[i]) + " is not finite"};
+      return Error{ErrorCode::kInvalidArgument, "value " + std::to_string(values[i]) + " for joint " +
+                                                    std::to_string(joints[i]) + " is not finite"};
     }
   }
   return {};

@@ -6,8 +6,8 @@
 namespace nido {
 
 // A camera without distortion. Camera frame: origin in the pinhole, z forward, x right and y down in the
-// image. Image coordinates are continuous: u = 0 is the image's left edge, and the centre of the pixel in column
-// i, row j lies at (i + 0.5, j + 0.5), as in CameraInfo. Plain value, thread-compatible.
+// image. Image coordinates are continuous: u = 0 is the image's left edge, and the centre of the pixel in
+// column i, row j lies at (i + 0.5, j + 0.5), as in CameraInfo. Plain value, thread-compatible.
 struct PinholeCamera {
   double fx_px = 257.34;
   double fy_px = 257.34;

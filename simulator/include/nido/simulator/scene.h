@@ -7,21 +7,22 @@
 
 namespace nido::sim {
 
-// The simulator's world frame W: axes as the iCub root frame (x backward, y to the robot's right, z up), origin where
-// the root is at the start, 0.5976 m above the floor. The world port converts to the old simulator's frame.
+// The simulator's world frame W: axes as the iCub root frame (x backward, y to the robot's right, z up),
+// origin where the root is at the start, 0.5976 m above the floor. The world port converts to the old
+// simulator's frame.
 
 // What something looks like.
 enum class ShapeKind { kBox, kSphere, kCylinder, kCapsule, kMesh };
 
 struct VisualShape {
   ShapeKind kind = ShapeKind::kBox;
-  // box: edge lengths x, y, z. sphere: radius in [0]. cylinder, capsule: radius in [0], length along z in [1] (a capsule's
-  // caps come on top of the length). mesh: scale factors. m
+  // box: edge lengths x, y, z. sphere: radius in [0]. cylinder, capsule: radius in [0], length along z in [1]
+  // (a capsule's caps come on top of the length). mesh: scale factors. m
   Eigen::Vector3d size = Eigen::Vector3d::Zero();
-  std::string mesh_path;                       // only for meshes: OBJ, STL or DAE file
-  std::array<float, 4> rgba = {1, 1, 1, 1};    // linear 0..1
-  std::string texture;                         // "", or a procedural one: "checker", "wood", "fabric"
-  float shininess = 8.0F;                      // Phong exponent; 0: matt
+  std::string mesh_path;                     // only for meshes: OBJ, STL or DAE file
+  std::array<float, 4> rgba = {1, 1, 1, 1};  // linear 0..1
+  std::string texture;                       // "", or a procedural one: "checker", "wood", "fabric"
+  float shininess = 8.0F;                    // Phong exponent; 0: matt
 };
 
 // One thing to draw.
@@ -31,8 +32,8 @@ struct VisualInstance {
   Eigen::Isometry3d X_WorldShape = Eigen::Isometry3d::Identity();
 };
 
-// Everything that a camera can see at one moment. Shapes keep their order from frame to frame unless `revision` changes,
-// so that a renderer may keep its buffers.
+// Everything that a camera can see at one moment. Shapes keep their order from frame to frame unless
+// `revision` changes, so that a renderer may keep its buffers.
 struct SceneSnapshot {
   std::uint64_t revision = 0;
   std::vector<VisualInstance> instances;
