@@ -232,8 +232,9 @@ int LaunchRun::run() {
   const std::string verdict = end_->exit_code == 0     ? paint_.green("success")
                               : end_->exit_code == 130 ? paint_.yellow("stopped")
                                                        : paint_.red("failure");
-  print(fmt::format("{}: {} {}", paint_.bold("outcome"), verdict + ":", end_->sentence));
   print(paint_.dim(fmt::format("  {:.1f} s simulated in {:.1f} s; {}", sim, wall, shown_path(folder_.path))));
+  // the last line of a run is its outcome: scripts read it with tail -1
+  print(fmt::format("{}: {} {}", paint_.bold("outcome"), verdict + ":", end_->sentence));
   if (request_.json) {
     fmt::print("{}\n", nlohmann::json{{"exit_code", end_->exit_code},
                                       {"sentence", end_->sentence},
