@@ -119,6 +119,31 @@ TEST(GraspCore, ReleaseOpensToTheRestPosture) {
   EXPECT_FALSE(core.holding());
 }
 
+// a bent thumb that swings back wedges things against the palm: it waits until the fingers are straight
+TEST(GraspCore, ReleaseStretchesTheFingersBeforeTheThumbSwingsBack) {
+  const GraspOptions o = options();
+  GraspCore core(o, all_closed);
+  HandWorld hand(0.5);
+  ASSERT_EQ(perform(core, hand, o, {1, "open", "blue cube"}).state, "done");
+  ASSERT_EQ(perform(core, hand, o, {2, "grasp", "blue cube"}).state, "done");
+  const double opposed_rad = hand.measured.joint_rad[0];
+  GraspInputs inputs;
+  inputs.goal = GraspGoal{3, "release", "blue cube"};
+  bool swung_back = false;
+  for (int tick = 0; tick < 1000 && !swung_back; ++tick) {
+    inputs.measured = hand.measured;
+    inputs.touch = hand.touch;
+    const GraspOutputs out = core.step(kTick_s, inputs);
+    inputs.goal.reset();
+    hand.follow(out.target, o);
+    swung_back = out.target.joint_rad[0] < opposed_rad - 0.1;
+    if (!swung_back) continue;
+    for (std::size_t i = 1; i < kFingerCount; ++i)
+      EXPECT_LT(hand.measured.joint_rad[i], 0.3) << kFingerName[i];
+  }
+  EXPECT_TRUE(swung_back);
+}
+
 // the squeeze of a stalled finger is bounded and no target ever leaves its limits, whatever the policy says
 TEST(GraspCore, TargetsStayWithinLimitsAndLead) {
   const GraspOptions o = options();

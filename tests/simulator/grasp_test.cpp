@@ -55,8 +55,7 @@ TEST_F(GraspTest, ball_is_held_carried_and_dropped_into_the_basket) {
   EXPECT_TRUE(result.in_basket);
 }
 
-// since the fingers close with less torque the bear can land beside the basket
-TEST_F(GraspTest, DISABLED_bear_is_held_carried_and_dropped_into_the_basket) {
+TEST_F(GraspTest, bear_is_held_carried_and_dropped_into_the_basket) {
   const GraspResult result = run({"bear", "bear", {-0.32, 0.08}, 60, {0, 0, 0}});
   ASSERT_EQ(result.trouble, "");
   EXPECT_TRUE(result.hold.held());

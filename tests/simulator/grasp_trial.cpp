@@ -232,12 +232,16 @@ GraspResult try_grasp(Simulation& sim, const ArmReach& reach, const GraspPosture
   }
   move.along(last, over, 2.0);
   move.wait(0.3);
-  // wide open: the fingers' shape before the grasp still goes round the thing
+  // wide open: the fingers' shape before the grasp still goes round the thing. The thumb swings back last:
+  // bent, it wedges a bear between its root and the palm.
   std::array<double, 9> open{};
   open[0] = posture.preshape_rad[0];
+  open[1] = posture.close_rad[1];
+  move.fingers(open, posture.close_speed_rad_s);
+  move.wait(1.2);
   open[1] = 20 * kDegree;
   move.fingers(open, posture.close_speed_rad_s);
-  move.wait(1.5);
+  move.wait(0.8);
   result.in_basket = *sim.is_inside(trial.object, trial.basket);
   return result;
 }

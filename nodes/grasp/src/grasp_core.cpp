@@ -9,6 +9,7 @@ namespace {
 
 constexpr double kReachedTolerance_rad = 0.06;
 constexpr double kMoveTimeout_s = 4.0;
+constexpr double kStretchTimeout_s = 2.5;
 // a finger counts as held open by something when it stays so far behind its target
 constexpr double kBlocked_rad = 0.15;
 
@@ -45,9 +46,15 @@ void GraspCore::start(const GraspGoal& goal, const GraspInputs& inputs) {
     nothing_felt_s_ = 0;
   } else if (goal.action == "open" || goal.action == "release") {
     phase_ = Phase::kMoving;
-    // releasing is the grasp inverted: back to the hand's posture before any grasp, wider than a pre-shape,
-    // which may still carry a ball
-    move_goal_ = goal.action == "open" ? preshape_of(goal.object) : options_.rest;
+    if (goal.action == "open") {
+      move_goal_ = preshape_of(goal.object);
+    } else {
+      // fingers stretch first while thumb and spread stay: a thumb that swings back while it is bent wedges
+      // the thing against the palm
+      phase_ = Phase::kStretching;
+      move_goal_ = target_;
+      for (std::size_t i = 1; i < kFingerCount; ++i) move_goal_.joint_rad[i] = options_.limits.lower_rad[i];
+    }
   } else {
     phase_ = Phase::kIdle;
     target_ = inputs.measured;
@@ -132,6 +139,16 @@ GraspOutputs GraspCore::step(double dt_s, const GraspInputs& inputs) {
   elapsed_s_ += dt_s;
   switch (phase_) {
     case Phase::kIdle:
+      break;
+    case Phase::kStretching:
+      move_towards(move_goal_, dt_s);
+      // a finger that something stops in opening is no reason to stop a release
+      if (reached(move_goal_, inputs) || elapsed_s_ > kStretchTimeout_s) {
+        phase_ = Phase::kMoving;
+        elapsed_s_ = 0;
+        // then the hand's posture before any grasp, wider than a pre-shape, which may still carry a ball
+        move_goal_ = options_.rest;
+      }
       break;
     case Phase::kMoving:
       move_towards(move_goal_, dt_s);

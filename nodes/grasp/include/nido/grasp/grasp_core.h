@@ -73,7 +73,7 @@ class GraspCore {
   [[nodiscard]] bool holding() const { return phase_ == Phase::kHolding; }
 
  private:
-  enum class Phase { kIdle, kMoving, kClosing, kHolding };
+  enum class Phase { kIdle, kMoving, kStretching, kClosing, kHolding };
   void start(const GraspGoal& goal, const GraspInputs& inputs);
   void move_towards(const FingerPosture& goal, double dt_s);
   void close_step(double dt_s, const GraspInputs& inputs);
