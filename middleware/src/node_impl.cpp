@@ -359,6 +359,11 @@ Status NodeImpl::run_in_lockstep(const std::function<Status(Time)>& on_tick) {
     }
     (*member)->finish(start->tick);
   }
+  // what came after the last tick can be taken, too
+  book_->each_input([](InputRecord& port) {
+    port.aim({});
+    port.release();
+  });
   return {};
 }
 
@@ -373,18 +378,13 @@ Status NodeImpl::publish_clock(Time time) {
                        " follows /clock and cannot publish it; give it clock wall, or "
                        "lockstep for a barrier"};
     }
-    auto lock = NameLock::take(options_.domain, "port", "/clock");
-    if (!lock) {
-      return lock.error();
+    // a port like any other: who reads it in lockstep gets every tick
+    auto port = OutputPort::open(participant_, book_, "/clock", message_type_of<msgs::Clock>(),
+                                 Profile::kState, 1, options_.clock == ClockMode::kLockstep);
+    if (!port) {
+      return port.error();
     }
-    clock_lock_ = std::move(lock).value();
-    Quality quality = last_one();
-    quality.profile = to_string(Profile::kState);
-    auto writer = Writer::open(participant_, "rt/clock", message_type_of<msgs::Clock>(), quality, "/clock");
-    if (!writer) {
-      return writer.error();
-    }
-    clock_writer_ = std::move(writer).value();
+    clock_port_ = std::move(port).value();
     if (options_.clock == ClockMode::kLockstep) {
       const auto nodes = parameter<std::vector<std::string>>("lockstep.nodes", {});
       if (!nodes) {
@@ -401,7 +401,8 @@ Status NodeImpl::publish_clock(Time time) {
   clock_ns_.store(time.ns);
   msgs::Clock clock;
   clock.clock(to_message(time));
-  clock_writer_->write(&clock);
+  // one that does not get through is made up for by the next
+  (void)clock_port_->write(&clock);
   if (lockstep_owner_ && !lockstep_owner_->tick(time)) {
     return interrupted();
   }

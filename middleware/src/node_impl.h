@@ -93,8 +93,7 @@ class NodeImpl final : public Node {
   std::unique_ptr<NameLock> lock_;
   std::shared_ptr<Participant> participant_;
   std::unique_ptr<ClockReader> clock_reader_;
-  std::unique_ptr<Writer> clock_writer_;
-  std::unique_ptr<NameLock> clock_lock_;
+  std::unique_ptr<RawOutput> clock_port_;
   std::unique_ptr<LockstepOwner> lockstep_owner_;
   std::unique_ptr<Writer> log_writer_;
   std::unique_ptr<Writer> info_writer_;

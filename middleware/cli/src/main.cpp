@@ -201,6 +201,59 @@ void add_ports(Verbs& verbs, PortArguments& args) {
       [&] { throw CLI::RuntimeError(cli::port_ping(common, args.port, args.count > 0 ? args.count : 4)); });
 }
 
+void add_record(Verbs& verbs, cli::RecordRequest& request) {
+  auto* verb = verbs.add(nullptr, "record", "write what ports send into an MCAP file",
+                         "nido record -o run.mcap\n"
+                         "  nido record -o eyes.mcap '/icubSim/cam/*' /vision/objects:o --for 10");
+  verb->add_option("-o,--output", request.file, "the file; an old one becomes FILE.mcap~")
+      ->required()
+      ->type_name("FILE.mcap");
+  verb->add_option("port", request.ports, "output ports, * and ? allowed; all otherwise");
+  verb->add_option("--except", request.except, "ports that are left out")
+      ->expected(1)
+      ->take_all()
+      ->type_name("PORT");
+  verb->add_option("--for", request.for_s, "end after this time; Ctrl-C otherwise")
+      ->check(CLI::Range(0.0, 1e9))
+      ->type_name("SECONDS");
+  verb->add_option("--memory", request.memory_mb, "what may wait to be written; what comes beyond is lost")
+      ->check(CLI::Range(1.0, 1e6))
+      ->type_name("MB");
+  verb->add_option("--clock", request.clock, "time of the messages: auto is simulated if /clock runs")
+      ->check(CLI::IsMember({"auto", "wall", "simulated"}));
+  verb->add_option("--compression", request.compression)->check(CLI::IsMember({"zstd", "none"}));
+  verb->callback([&] { throw CLI::RuntimeError(cli::record(verbs.common, request)); });
+}
+
+void add_replay(Verbs& verbs, cli::ReplayRequest& request) {
+  auto* verb = verbs.add(nullptr, "replay", "publish what an MCAP file holds on the same ports",
+                         "nido replay run.mcap --rate 2\n"
+                         "  nido replay run.mcap '/icubSim/cam/*' --loop\n"
+                         "  nido replay run.mcap --info");
+  verb->add_option("file", request.file, "a recording")->required()->type_name("FILE.mcap");
+  verb->add_option("port", request.ports, "ports, * and ? allowed; all otherwise");
+  verb->add_option("--except", request.except, "ports that are left out")
+      ->expected(1)
+      ->take_all()
+      ->type_name("PORT");
+  verb->add_option("--rate", request.rate, "recorded seconds in a second, or max")->type_name("R|max");
+  verb->add_flag("--loop", request.loop, "again and again");
+  verb->add_flag("--info", request.info, "only show what the file holds");
+  verb->add_option("--from", request.from_s, "begin there")
+      ->check(CLI::NonNegativeNumber)
+      ->type_name("SECONDS");
+  verb->add_option("--to", request.to_s, "end there")->check(CLI::NonNegativeNumber)->type_name("SECONDS");
+  verb->add_option("--readers", request.readers, "inputs that each port waits for (--wait) before it begins")
+      ->check(CLI::Range(0, 1000))
+      ->type_name("N");
+  verb->add_option("--lockstep", request.lockstep, "a node that takes part in every recorded tick")
+      ->expected(1)
+      ->take_all()
+      ->type_name("NODE");
+  verb->add_option("--name", request.name, "of the node that publishes")->type_name("NAME");
+  verb->callback([&] { throw CLI::RuntimeError(cli::replay(verbs.common, request)); });
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -239,6 +292,11 @@ int main(int argc, char** argv) {
   verbs.add(nullptr, "doctor", "check this machine, and say the mend", "nido doctor")->callback([&] {
     throw CLI::RuntimeError(cli::doctor(common));
   });
+
+  cli::RecordRequest record;
+  add_record(verbs, record);
+  cli::ReplayRequest replay;
+  add_replay(verbs, replay);
 
   cli::ExperimentRequest request;
   CLI::App* experiment = root.add_subcommand("experiment", "the experiments and their reports");

@@ -26,6 +26,32 @@ int node_info(const Common& common, const std::string& node);
 
 int doctor(const Common& common);
 
+// Recording and replay (docs/recording.md).
+struct RecordRequest {
+  std::string file;
+  std::vector<std::string> ports;
+  std::vector<std::string> except;
+  double for_s = 0;  // 0: until Ctrl-C
+  double memory_mb = 256;
+  std::string clock = "auto";        // or "wall", "simulated"
+  std::string compression = "zstd";  // or "none"
+};
+int record(const Common& common, const RecordRequest& request);
+struct ReplayRequest {
+  std::string file;
+  std::vector<std::string> ports;
+  std::vector<std::string> except;
+  std::string rate = "1";  // or "max"
+  bool loop = false;
+  bool info = false;  // only show what the file holds
+  double from_s = 0;
+  double to_s = -1;  // < 0: to the end
+  int readers = 0;
+  std::string name = "replay";        // of the node
+  std::vector<std::string> lockstep;  // nodes that take part in every tick
+};
+int replay(const Common& common, const ReplayRequest& request);
+
 struct ExperimentRequest {
   std::string name;
   std::string seed;    // empty: the experiment's own
