@@ -84,16 +84,16 @@ void add_launch(CLI::App& root, LaunchRequest& request) {
   verb->add_option("--out", request.out,
                    "folder for what the run leaves behind; out/TIME-APP and out/latest otherwise")
       ->type_name("DIR");
-  for (const char* option : {"--record", "--dashboard"}) {
-    verb->add_option_function<std::string>(
-            option,
-            [option](const std::string&) {
-              throw CLI::ValidationError(option, "this version cannot do that yet");
-            },
-            "not in this version")
-        ->expected(0, 1)
-        ->group("");
-  }
+  verb->add_option("--record", request.record, "write what all ports send into this file (docs/recording.md)")
+      ->type_name("FILE.mcap");
+  verb->add_option_function<std::string>(
+          "--dashboard",
+          [](const std::string&) {
+            throw CLI::ValidationError("--dashboard", "this version cannot do that yet");
+          },
+          "not in this version")
+      ->expected(0, 1)
+      ->group("");
   verb->add_flag("--verbose,-v", request.verbose, "show the processes' output");
   verb->add_flag("--json", request.json, "the outcome as JSON on stdout, the story on stderr");
   verb->add_flag("--dump", request.dump, "print the app with every default filled in, start nothing");

@@ -49,6 +49,43 @@ bool mentions(const YAML::Node& node, const std::string& word) {
   });
 }
 
+constexpr const char* kRecorder = "recorder";
+
+// The app with one process more, which is there before all others and ends after them. In lockstep it takes
+// part in every tick, so that it gets every message.
+Status add_recorder(App& app, const std::string& wanted) {
+  const fs::path file = fs::absolute(wanted);
+  std::error_code error;
+  if (!fs::is_directory(file.parent_path(), error)) {
+    return Error{ErrorCode::kNotFound,
+                 fmt::format("--record {}: there is no folder {}", wanted, shown_path(file.parent_path()))};
+  }
+  AppProcess recorder;
+  recorder.name = kRecorder;
+  recorder.program = "nido-recorder";
+  recorder.clock = app.lockstep ? "lockstep" : "wall";
+  recorder.parameters["file"] = file.string();
+  recorder.parameters["nodes"] = YAML::Node(YAML::NodeType::Sequence);
+  bool has_clock = false;
+  for (auto& process : app.processes) {
+    if (process.name == kRecorder) {
+      return Error{
+          ErrorCode::kInvalidArgument,
+          fmt::format("app '{}' has a process '{}' of its own: give that another name to use --record",
+                      app.name, kRecorder)};
+    }
+    has_clock = has_clock || process.clock == "owner";
+    if (process.clock == "owner" || process.clock == "lockstep") {
+      recorder.parameters["nodes"].push_back(process.name);
+    }
+    process.depends_on.emplace_back(kRecorder);
+  }
+  recorder.parameters["simulated"] = has_clock;
+  app.start_order.insert(app.start_order.begin(), app.processes.size());
+  app.processes.push_back(std::move(recorder));
+  return {};
+}
+
 }  // namespace
 
 LaunchRun::LaunchRun(const LaunchRequest& request, const App& app, const Places& places, int signal_fd)
@@ -436,12 +473,28 @@ void LaunchRun::look_at_limits() {
   }
 }
 
+// A run is as good as it was; a success that was recorded with gaps is none.
+void LaunchRun::look_at_recording(const SupervisorEvent& event) {
+  if (event.name != kRecorder || event.exit.clean()) return;
+  std::string reason = event.text;
+  for (const auto& line : event.last_lines) {
+    const std::size_t at = line.find("] error: ");
+    if (at != std::string::npos) reason = line.substr(at + 9);
+  }
+  print(paint_.red(fmt::format("{}: {}", shown_path(request_.record), reason)));
+  if (end_ && end_->exit_code == 0) {
+    end_->exit_code = 1;
+    end_->sentence += ", but " + reason;
+  }
+}
+
 void LaunchRun::shut_down() {
   stopping_ = true;
   supervisor_->begin_stop();
   while (!supervisor_->all_gone()) {
     for (const auto& event : supervisor_->poll(milliseconds(50), signal_fd_)) {
       if (event.kind == SupervisorEvent::Kind::kOutput) on_event(event);
+      if (event.kind == SupervisorEvent::Kind::kEnded) look_at_recording(event);
     }
     take_signals();
     // what was said last may arrive after the outcome
@@ -488,6 +541,9 @@ int run_launch(const LaunchRequest& request) {
   if (request.dump) {
     fmt::print("{}", dump_app(*app));
     return 0;
+  }
+  if (!request.record.empty()) {
+    if (auto status = add_recorder(*app, request.record); !status) return refuse(status.error());
   }
   if (app->audio["source"].as<std::string>() == "wav") {
     const std::string sound = app->audio["file"].as<std::string>();

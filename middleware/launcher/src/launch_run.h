@@ -54,6 +54,7 @@ class LaunchRun {
   void take_signals();
   void end(int exit_code, const std::string& sentence);
   void shut_down();
+  void look_at_recording(const SupervisorEvent& event);
   void finish_report() const;
   std::optional<RunEnd> outcome_in_report() const;
   [[nodiscard]] double wall_s() const;

@@ -14,6 +14,7 @@ struct LaunchRequest {
   std::vector<std::string> sets;  // --set, in order
   std::vector<Override> options;  // the other options, as overrides of the app's defaults
   std::string out;                // --out; empty: out/TIME-APP, and out/latest
+  std::string record;             // --record: all ports go into this MCAP file; empty: none
   bool verbose = false;           // the processes' output on the terminal
   bool dump = false;              // only print the app with every default filled in
   bool json = false;              // the outcome as one JSON object on stdout
