@@ -55,14 +55,19 @@ class DdsDirectory final : public Directory, private ReaderEvents {
   }
 
   [[nodiscard]] std::vector<NodeDescription> nodes() const override {
-    std::map<std::string, NodeDescription> by_name;
+    // a name has one owner: of two lives of a process the later one counts, the other is not forgotten yet
+    std::map<std::string, const Life*> by_name;
     const std::lock_guard lock(mutex_);
-    for (const auto& entry : nodes_) {
-      by_name.insert_or_assign(entry.second.name, entry.second);
+    for (const auto& entry : lives_) {
+      const Life*& newest = by_name[entry.second.node.name];
+      if (newest == nullptr || newest->number < entry.second.number) {
+        newest = &entry.second;
+      }
     }
     std::vector<NodeDescription> all;
-    for (auto& entry : by_name) {
-      all.push_back(std::move(entry.second));
+    all.reserve(by_name.size());
+    for (const auto& entry : by_name) {
+      all.push_back(entry.second->node);
     }
     return all;
   }
@@ -147,7 +152,11 @@ class DdsDirectory final : public Directory, private ReaderEvents {
   void on_message(std::shared_ptr<void> message, const MessageInfo& info) override {
     {
       const std::lock_guard lock(mutex_);
-      nodes_[info.writer] = from_message(*static_cast<msgs::NodeInfo*>(message.get()));
+      const auto [life, is_new] = lives_.try_emplace(info.writer);
+      if (is_new) {
+        life->second.number = ++lives_seen_;
+      }
+      life->second.node = from_message(*static_cast<msgs::NodeInfo*>(message.get()));
     }
     changes_->notify();
   }
@@ -157,16 +166,23 @@ class DdsDirectory final : public Directory, private ReaderEvents {
     }
     {
       const std::lock_guard lock(mutex_);
-      nodes_.erase(writer);
+      lives_.erase(writer);
     }
     changes_->notify();
   }
+
+  // A process from its start to its end.
+  struct Life {
+    NodeDescription node;
+    std::uint64_t number = 0;  // in the order of appearance
+  };
 
   Node& node_;
   const std::shared_ptr<Participant> participant_;
   const std::shared_ptr<ChangeSignal> changes_ = std::make_shared<ChangeSignal>();
   mutable std::mutex mutex_;
-  std::map<Guid, NodeDescription> nodes_;
+  std::map<Guid, Life> lives_;  // by their writer
+  std::uint64_t lives_seen_ = 0;
   std::unique_ptr<Reader> reader_;
 };
 

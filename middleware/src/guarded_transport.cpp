@@ -124,10 +124,6 @@ class GuardedTransport final : public transport::ChainingTransport {
 
 }  // namespace
 
-transport::TransportInterface* GuardedSharedMemoryDescriptor::create_transport() const {
-  return new GuardedTransport(std::make_shared<transport::SharedMemTransportDescriptor>(*this));
-}
-
 transport::TransportInterface* GuardedUdpDescriptor::create_transport() const {
   return new GuardedTransport(std::make_shared<transport::UDPv4TransportDescriptor>(*this));
 }

@@ -2,7 +2,6 @@
 
 #include <fastrtps/attributes/LibrarySettingsAttributes.h>
 #include <fastrtps/xmlparser/XMLProfileManager.h>
-#include <sys/statvfs.h>
 
 #include <algorithm>
 #include <cstdlib>
@@ -11,7 +10,7 @@
 #include <fastdds/dds/log/Log.hpp>
 
 #include "guarded_transport.h"
-#include "nido/middleware/shm_hygiene.h"
+#include "local_transport.h"
 
 namespace nido {
 
@@ -19,39 +18,18 @@ namespace rtps = eprosima::fastrtps::rtps;
 
 namespace {
 
-// Big enough that an image is one or few pieces, small enough that twelve processes fit into a container's 64
-// MB.
-std::uint32_t segment_size_bytes() {
-  constexpr std::uint64_t kMost = 16U << 20U;
-  constexpr std::uint64_t kLeast = 1U << 20U;
-  struct statvfs status {};
-  std::uint64_t free_bytes = kMost * 12;
-  if (statvfs("/dev/shm", &status) == 0) {
-    free_bytes = static_cast<std::uint64_t>(status.f_bavail) * status.f_frsize;
-  }
-  return static_cast<std::uint32_t>(std::clamp(free_bytes / 12, kLeast, kMost));
-}
-
 dds::DomainParticipantQos participant_qos(const std::string& node_name) {
   dds::DomainParticipantQos qos;
   qos.name("nido/" + node_name);
   qos.transport().use_builtin_transports = false;
 
-  auto shared_memory = std::make_shared<GuardedSharedMemoryDescriptor>();
-  shared_memory->segment_size(segment_size_bytes());
-  shared_memory->max_message_size(2U << 20U);
-  shared_memory->port_queue_capacity(2048);
-  // a process that gets no processor for a second is not a dead one
-  shared_memory->healthy_check_timeout_ms(4000);
-  qos.transport().user_transports.push_back(shared_memory);
-
-  // this machine only
+  qos.transport().user_transports.push_back(std::make_shared<LocalTransportDescriptor>());
+  // for other programs, this machine only
   auto udp = std::make_shared<GuardedUdpDescriptor>();
   udp->interfaceWhiteList.emplace_back("127.0.0.1");
   qos.transport().user_transports.push_back(udp);
 
-  // Discovery over UDP only: with shared memory, a restarted process meets the stale ports of its former life
-  // and is not found again in one case of three.
+  // discovery over UDP only
   auto& builtin = qos.wire_protocol().builtin;
   rtps::Locator_t unicast;
   rtps::IPLocator::setIPv4(unicast, "127.0.0.1");
@@ -157,8 +135,6 @@ Result<std::shared_ptr<Participant>> Participant::join(int domain, const std::st
   settings.intraprocess_delivery = eprosima::fastrtps::INTRAPROCESS_OFF;
   eprosima::fastrtps::xmlparser::XMLProfileManager::library_settings(settings);
 
-  sweep_shared_memory();
-  const SharedMemoryGuard guard;
   std::shared_ptr<Participant> self(new Participant(domain, node_name));
   self->participant_ = dds::DomainParticipantFactory::get_instance()->create_participant(
       static_cast<dds::DomainId_t>(domain), participant_qos(node_name), self->listener_.get(),
@@ -166,7 +142,7 @@ Result<std::shared_ptr<Participant>> Participant::join(int domain, const std::st
   if (self->participant_ == nullptr) {
     return Error{ErrorCode::kFailed, "node " + node_name + " cannot join DDS domain " +
                                          std::to_string(domain) +
-                                         ": is the loopback interface up and /dev/shm writable?"};
+                                         ": is the loopback interface up?"};
   }
   self->publisher_ = self->participant_->create_publisher(dds::PUBLISHER_QOS_DEFAULT);
   self->subscriber_ = self->participant_->create_subscriber(dds::SUBSCRIBER_QOS_DEFAULT);
@@ -182,7 +158,6 @@ Participant::~Participant() {
     participant_->delete_contained_entities();
     dds::DomainParticipantFactory::get_instance()->delete_participant(participant_);
   }
-  sweep_shared_memory(0.0);
 }
 
 dds::Topic* Participant::acquire_topic(const std::string& topic, const MessageType& type) {

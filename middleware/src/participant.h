@@ -34,7 +34,7 @@ struct EndpointInfo {
 };
 
 // A process's membership in a DDS domain: this machine only, discovery over UDP on loopback (which finds
-// restarted processes at once), user traffic over shared memory. Thread-safe.
+// restarted processes at once), user traffic over Unix sockets. Thread-safe.
 class Participant {
  public:
   static Result<std::shared_ptr<Participant>> join(int domain, const std::string& node_name);

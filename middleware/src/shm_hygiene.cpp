@@ -8,10 +8,8 @@
 
 #include <algorithm>
 #include <cctype>
-#include <chrono>
 #include <fstream>
 #include <set>
-#include <thread>
 
 namespace nido {
 
@@ -77,18 +75,6 @@ std::set<std::string> files_in_use() {
 
 }  // namespace
 
-SharedMemoryGuard::SharedMemoryGuard() : fd_(open(kFolder, O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
-  if (fd_ >= 0) {
-    flock(fd_, LOCK_SH);
-  }
-}
-
-SharedMemoryGuard::~SharedMemoryGuard() {
-  if (fd_ >= 0) {
-    close(fd_);
-  }
-}
-
 std::vector<std::string> sweep_shared_memory(double min_age_s) {
   // candidates first: mostly there are none, and then nothing else is looked at
   struct Candidate {
@@ -114,45 +100,30 @@ std::vector<std::string> sweep_shared_memory(double min_age_s) {
     return {};
   }
 
-  // nobody may be joining a domain while we judge; if somebody is for long, the next sweep will do it
-  const int folder = open(kFolder, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (folder < 0) {
-    return {};
-  }
-  bool alone = false;
-  for (int attempt = 0; attempt < 50 && !alone; ++attempt) {
-    alone = flock(folder, LOCK_EX | LOCK_NB) == 0;
-    if (!alone) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    }
-  }
   std::vector<std::string> removed;
-  if (alone) {
-    const std::set<std::string> used = files_in_use();
-    // a lock on any file of a family ("fastrtps_port7411", "fastrtps_port7411_el",
-    // "sem.fastrtps_port7411_mutex") keeps it all
-    std::set<std::string> locked_families;
-    const auto family_of = [](std::string name) {
-      name = name.starts_with("sem.") ? name.substr(4) : name;
-      for (const char* tail : {"_el", "_sl", "_mutex"}) {
-        if (name.ends_with(tail)) {
-          name.resize(name.size() - std::char_traits<char>::length(tail));
-        }
-      }
-      return name;
-    };
-    for (const Candidate& candidate : candidates) {
-      if (used.contains(candidate.name) || is_locked(candidate.path)) {
-        locked_families.insert(family_of(candidate.name));
+  const std::set<std::string> used = files_in_use();
+  // a lock on any file of a family ("fastrtps_port7411", "fastrtps_port7411_el",
+  // "sem.fastrtps_port7411_mutex") keeps it all
+  std::set<std::string> locked_families;
+  const auto family_of = [](std::string name) {
+    name = name.starts_with("sem.") ? name.substr(4) : name;
+    for (const char* tail : {"_el", "_sl", "_mutex"}) {
+      if (name.ends_with(tail)) {
+        name.resize(name.size() - std::char_traits<char>::length(tail));
       }
     }
-    for (const Candidate& candidate : candidates) {
-      if (!locked_families.contains(family_of(candidate.name)) && unlink(candidate.path.c_str()) == 0) {
-        removed.push_back(candidate.name);
-      }
+    return name;
+  };
+  for (const Candidate& candidate : candidates) {
+    if (used.contains(candidate.name) || is_locked(candidate.path)) {
+      locked_families.insert(family_of(candidate.name));
     }
   }
-  close(folder);
+  for (const Candidate& candidate : candidates) {
+    if (!locked_families.contains(family_of(candidate.name)) && unlink(candidate.path.c_str()) == 0) {
+      removed.push_back(candidate.name);
+    }
+  }
   return removed;
 }
 

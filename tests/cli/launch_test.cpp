@@ -110,9 +110,7 @@ TEST_F(Launch, ADeathInMidRunFailsTheRunWithItsLastLines) {
   EXPECT_TRUE(nothing_lives());
 }
 
-// does not end when the process is restarted a second after the clock's start: the run waits; to be mended in
-// the clock
-TEST_F(Launch, DISABLED_AProcessIsRestartedByItsPolicyThenGivenUp) {
+TEST_F(Launch, AProcessIsRestartedByItsPolicyThenGivenUp) {
   const auto ended =
       launch(app({robot_,
                   "name: eye, clock: simulated, depends_on: [robot], parameters: {behaviour: die}, restart: "

@@ -3,7 +3,7 @@
 //   follow   ticks
 //   fail     says that it failed, before it is ready
 //   late     is never ready
-//   die      ends with code 4 at tick 20
+//   die      ends with code 4 at tick 300: the launcher has seen that it was ready
 //   judge    tells a story and an outcome at tick `at`, which is done or failed as `outcome` says
 //   stubborn ticks, ignores SIGTERM
 #include <unistd.h>
@@ -61,7 +61,7 @@ Status body(Node& node) {
   int tick = 0;
   return node.run([&](Time now) -> Status {
     ++tick;
-    if (*behaviour == "die" && tick == 20) {
+    if (*behaviour == "die" && tick == 300) {
       std::puts("my last words");
       std::fflush(stdout);
       std::_Exit(4);

@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <cstdio>
+#include <cstdlib>
 #include <iostream>
 #include <random>
 #include <thread>
@@ -169,6 +170,30 @@ Status source(Node& node) {
   return {};
 }
 
+// Says what it gets; dies at the word "die", inside the call that delivers it as far as others can tell.
+Status listener(Node& node) {
+  auto in = node.open_input<msgs::String>("/listener/in:i", Profile::kEvent);
+  if (!in) {
+    return in.error();
+  }
+  if (!(*in)->wait_for_sources(1, 20.0)) {
+    return Error{ErrorCode::kTimeout, "no source"};
+  }
+  node.set_ready();
+  say("READY");
+  for (;;) {
+    if (!(*in)->wait_for_message(3600.0)) {
+      continue;
+    }
+    while (const auto message = (*in)->take()) {
+      if (message->data() == "die") {
+        std::_Exit(4);
+      }
+      say("GOT " + message->data().substr(0, 40));
+    }
+  }
+}
+
 // Runs until it is told to stop.
 Status idle(Node& node) {
   auto out = node.open_output<msgs::String>("/idle/out:o", Profile::kState);
@@ -199,6 +224,7 @@ int main(int argc, char** argv) {
                     : what == "owner"    ? nido::owner
                     : what == "viewer"   ? nido::viewer
                     : what == "source"   ? nido::source
+                    : what == "listener" ? nido::listener
                     : what == "idle"     ? nido::idle
                     : what == "stubborn" ? nido::stubborn
                                          : nullptr;

@@ -1,10 +1,8 @@
 // Processes that end: restarted sources, signals, files left behind.
 
-#include <dirent.h>
+#include <fcntl.h>
 
-#include <algorithm>
 #include <fstream>
-#include <iterator>
 #include <set>
 
 #include "child_process.h"
@@ -17,24 +15,10 @@ namespace {
 
 using msgs::String;
 
-std::set<std::string> dds_files() {
+// files in /dev/shm that a process maps
+std::set<std::string> mapped_files(pid_t pid) {
   std::set<std::string> names;
-  if (DIR* dir = opendir("/dev/shm")) {
-    while (const dirent* entry = readdir(dir)) {
-      const std::string name = entry->d_name;
-      if (name.find("fastrtps") != std::string::npos || name.find("datasharing") != std::string::npos) {
-        names.insert(name);
-      }
-    }
-    closedir(dir);
-  }
-  return names;
-}
-
-// those that this process itself maps: others' come and go
-std::set<std::string> own_files() {
-  std::set<std::string> names;
-  std::ifstream maps("/proc/self/maps");
+  std::ifstream maps("/proc/" + std::to_string(pid) + "/maps");
   for (std::string line; std::getline(maps, line);) {
     if (const auto at = line.find("/dev/shm/"); at != std::string::npos) {
       names.insert(line.substr(at + 9));
@@ -105,54 +89,83 @@ TEST(Process, UnknownWordsOnItsCommandLineAreRefused) {
   }
 }
 
-TEST(Process, SweepTakesWhatAKilledProcessLeftAndNothingElse) {
-  auto node = make_node("living");
-  auto out = make_output<String>(*node, "/living/out:o", Profile::kState);
-  const auto living = own_files();
-  ASSERT_FALSE(living.empty());
-  const auto before = dds_files();
-  {
-    ChildProcess child(NIDO_TEST_PEER, arguments("idle"));
-    ASSERT_EQ(child.line_with("READY"), "");
-    child.signal(SIGKILL);
-    child.wait_for_end();
+// A process that dies while it works on a message leaves its end of the way to it as if it were alive: what
+// others knew of that way must not be used for its next life.
+TEST(Process, AReaderThatDiesAtAMessageIsServedInItsNextLife) {
+  auto node = make_node("writer");
+  auto out = make_output<String>(*node, "/writer/out:o", Profile::kState);
+  std::vector<std::string> words = arguments("listener");
+  words.insert(words.end(), {"--connect", "/writer/out:o=/listener/in:i"});
+  for (int life = 1; life <= 5; ++life) {
+    ChildProcess listener(NIDO_TEST_PEER, words);
+    ASSERT_EQ(listener.line_with("READY"), "") << life;
+    const std::string word = "life " + std::to_string(life);
+    ASSERT_TRUE(out->write(text(word)).ok());
+    std::string got;
+    while (got != word && got != "(none)") {
+      got = listener.line_with("GOT ");
+    }
+    ASSERT_EQ(got, word);
+    ASSERT_TRUE(out->write(text("die")).ok());
+    EXPECT_NE(listener.wait_for_end(), -1);
+    ASSERT_TRUE(out->write(text("nobody is there")).ok());
   }
-  const auto with_leftovers = dds_files();
-  std::set<std::string> leftovers;
-  std::set_difference(with_leftovers.begin(), with_leftovers.end(), before.begin(), before.end(),
-                      std::inserter(leftovers, leftovers.begin()));
-  EXPECT_FALSE(leftovers.empty()) << "a killed process leaves files: else there is nothing to test";
-  sweep_shared_memory(0.0);
-  const auto after = dds_files();
-  for (const std::string& name : living) {
-    EXPECT_TRUE(after.contains(name)) << name << " belongs to a living process";
-  }
-  // the living node still talks
-  auto other = make_node("other");
-  auto in = make_input<String>(*other, "/other/in:i", Profile::kState);
-  ASSERT_TRUE(in->connect("/living/out:o").ok());
-  ASSERT_TRUE(out->write(text("still here")).ok());
-  ASSERT_TRUE(in->wait_for_message(kPatience_s));
 }
 
-TEST(Process, LeavesNoFilesBehind) {
-  std::set<std::string> used;
-  {
-    auto node = make_node("short");
-    auto out = make_output<String>(*node, "/short/out:o", Profile::kState);
-    ChildProcess child(NIDO_TEST_PEER, arguments("idle"));
-    ASSERT_EQ(child.line_with("READY"), "");
-    ASSERT_TRUE(node->call("/idle/control", "info", kPatience_s).ok());
-    used = own_files();
-    ASSERT_FALSE(used.empty());
-    child.signal(SIGTERM);
-    EXPECT_EQ(child.wait_for_end(), 0);
+TEST(Process, AStoppedReaderHoldsUpNobodyAndIsServedWhenItGoesOn) {
+  auto node = make_node("writer");
+  auto out = make_output<String>(*node, "/writer/out:o", Profile::kEvent, 4);
+  auto other = make_node("other");
+  auto in = make_input<String>(*other, "/other/in:i", Profile::kEvent, 10000);
+  ASSERT_TRUE(in->connect("/writer/out:o").ok());
+  std::vector<std::string> words = arguments("listener");
+  words.insert(words.end(), {"--connect", "/writer/out:o=/listener/in:i"});
+  ChildProcess stopped(NIDO_TEST_PEER, words);
+  ASSERT_EQ(stopped.line_with("READY"), "");
+  ASSERT_TRUE(out->wait_for_readers(2, kPatience_s));
+  ASSERT_TRUE(in->wait_for_sources(1, kPatience_s));
+  stopped.signal(SIGSTOP);
+  // more than any buffer between the two takes
+  const std::string load(50000, 'x');
+  for (int i = 0; i < 300; ++i) {
+    ASSERT_TRUE(out->write(text(load)).ok());
+    ASSERT_TRUE(in->wait_for_message(kPatience_s)) << "message " << i << " for the one that goes on";
+    while (in->take()) {
+    }
   }
-  const auto after = dds_files();
-  for (const std::string& name : used) {
-    EXPECT_FALSE(after.contains(name)) << name;
-    EXPECT_FALSE(after.contains("sem." + name + "_mutex")) << name;
+  stopped.signal(SIGCONT);
+  // what was written meanwhile may be lost to it, what comes now is not
+  std::string got;
+  for (int i = 0; i < 200 && got != "the end"; ++i) {
+    ASSERT_TRUE(out->write(text("the end")).ok());
+    got = stopped.line_with("GOT the end", 0.1) == "(none)" ? "" : "the end";
   }
+  EXPECT_EQ(got, "the end");
+}
+
+TEST(Process, NothingIsLeftInSharedMemoryAlsoByAKilledProcess) {
+  auto node = make_node("living");
+  auto in = make_input<String>(*node, "/living/in:i", Profile::kState);
+  ASSERT_TRUE(in->connect("/idle/out:o").ok());
+  ChildProcess child(NIDO_TEST_PEER, arguments("idle"));
+  ASSERT_EQ(child.line_with("READY"), "");
+  ASSERT_TRUE(in->wait_for_sources(1, kPatience_s));
+  EXPECT_EQ(mapped_files(getpid()), std::set<std::string>());
+  EXPECT_EQ(mapped_files(child.pid()), std::set<std::string>());
+}
+
+TEST(Process, SweepTakesWhatADeadProgramLeftAndNothingElse) {
+  const std::string name = "fastrtps_of_nido_test_" + std::to_string(getpid());
+  const auto make = [](const std::string& path) { return open(path.c_str(), O_CREAT | O_RDWR, 0600); };
+  const int held = make("/dev/shm/" + name + "_held");
+  ASSERT_GE(held, 0) << "/dev/shm cannot be written";
+  close(make("/dev/shm/" + name + "_left"));
+  sweep_shared_memory(0.0);
+  EXPECT_EQ(access(("/dev/shm/" + name + "_held").c_str(), F_OK), 0) << "somebody has it open";
+  EXPECT_NE(access(("/dev/shm/" + name + "_left").c_str(), F_OK), 0);
+  close(held);
+  sweep_shared_memory(0.0);
+  EXPECT_NE(access(("/dev/shm/" + name + "_held").c_str(), F_OK), 0);
 }
 
 }  // namespace

@@ -1,7 +1,6 @@
 // nido-janitor: outlives a launcher that was killed. Reads on stdin which processes live ("+PID START",
 // "-PID", "done"). When the pipe closes without "done", the launcher was killed: the processes got SIGTERM
-// from the kernel then; what still lives after two seconds is killed with its group, and the shared-memory
-// files of the dead are swept.
+// from the kernel then; what still lives after two seconds is killed with its group.
 #include <fcntl.h>
 #include <poll.h>
 #include <sys/prctl.h>
@@ -16,7 +15,6 @@
 #include <thread>
 
 #include "nido/launcher/child.h"
-#include "nido/middleware/shm_hygiene.h"
 
 namespace {
 
@@ -70,9 +68,5 @@ int main() {
     for (const auto& [pid, start] : living) kill(-pid, SIGKILL);
     wait_until_gone(living, std::chrono::seconds(2));
   }
-  // the files of the dead; those that were made in the last second before the end are left by the first sweep
-  nido::sweep_shared_memory();
-  std::this_thread::sleep_for(std::chrono::milliseconds(1100));
-  nido::sweep_shared_memory();
   return 0;
 }

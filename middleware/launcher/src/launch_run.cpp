@@ -11,7 +11,6 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "nido/middleware/shm_hygiene.h"
 #include "nido/middleware/typed_port.h"
 
 namespace nido {
@@ -152,7 +151,6 @@ Status LaunchRun::prepare() {
     }
     programs_[process.name] = program.string();
   }
-  sweep_shared_memory();
   auto folder = make_run_folder(app_, request_.out);
   if (!folder) return folder.error();
   folder_ = *folder;
@@ -264,7 +262,6 @@ int LaunchRun::run() {
   directory_.reset();
   node_.reset();
   supervisor_.reset();
-  sweep_shared_memory();
 
   const std::string verdict = end_->exit_code == 0     ? paint_.green("success")
                               : end_->exit_code == 130 ? paint_.yellow("stopped")
