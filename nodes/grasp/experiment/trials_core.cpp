@@ -4,56 +4,88 @@ namespace nido::grasp {
 
 namespace {
 constexpr double kPutSettle_s = 0.3;  // an object that was put down comes to rest
+constexpr double kAsideSpacing_m = 0.10;
+}  // namespace
+
+TrialsCore::TrialsCore(TrialOptions options, std::vector<double> rest_height_m, std::uint64_t seed)
+    : options_(std::move(options)), rest_height_m_(std::move(rest_height_m)), random_(seed) {
+  p_Root_m_ = options_.p_Root_m;
 }
 
-TrialsCore::TrialsCore(TrialOptions options, std::uint64_t seed)
-    : options_(std::move(options)), random_(seed) {
-  p_Root_m_ = options_.p_Root_m;
+TrialOutputs::Action TrialsCore::action(const std::string& name) const {
+  return {id_, name, object(), {p_Root_m_.x(), p_Root_m_.y(), rest_height_m_[which_]}};
 }
 
 void TrialsCore::enter(Stage stage, TrialOutputs& out) {
   stage_ = stage;
   in_stage_s_ = 0;
+  std::uniform_real_distribution<double> jitter(-1.0, 1.0);
   switch (stage) {
     case Stage::kHome:
-      out.reach = TrialOutputs::Action{++id_, "home"};
+      ++id_;
+      out.reach = action("home");
       break;
-    case Stage::kPut: {
-      std::uniform_real_distribution<double> jitter(-options_.spread_m, options_.spread_m);
+    case Stage::kAside:
+      out.put = TrialOutputs::Put{
+          object(),
+          options_.p_aside_Root_m + Eigen::Vector2d(0, kAsideSpacing_m * static_cast<double>(which_)), 0.0};
+      break;
+    case Stage::kApproach: {
+      const int attempt = result_.attempt;
+      which_ = static_cast<std::size_t>(attempt) % options_.objects.size();
       const double dx = jitter(random_);
       const double dy = jitter(random_);
-      p_Root_m_ = options_.p_Root_m + Eigen::Vector3d(dx, dy, 0);
-      out.put_object_Root_m = p_Root_m_;
-      result_ = TrialResult{result_.attempt + 1, options_.object, false, 0, 0.0};
+      p_Root_m_ = options_.p_Root_m + options_.spread_m * Eigen::Vector2d(dx, dy);
+      result_ = TrialResult{attempt + 1, object(), "", false, 0, 0.0};
+      ++id_;
+      hand_open_ = false;
+      hand_there_ = false;
+      out.grasp = action("open");
+      out.reach = action("pregrasp");
       break;
     }
-    case Stage::kOpen:
-      out.grasp = TrialOutputs::Action{++id_, "open"};
+    case Stage::kPut: {
+      const double dx = jitter(random_);
+      const double dy = jitter(random_);
+      const double turn = jitter(random_);
+      out.put = TrialOutputs::Put{object(), p_Root_m_ + options_.off_m * Eigen::Vector2d(dx, dy),
+                                  options_.turn_rad * turn};
       break;
-    case Stage::kApproach:
-      out.reach = TrialOutputs::Action{++id_, "pregrasp"};
-      break;
+    }
     case Stage::kClose:
-      out.grasp = TrialOutputs::Action{++id_, "grasp"};
+      ++id_;
+      out.grasp = action("grasp");
       break;
     case Stage::kLift:
-      out.reach = TrialOutputs::Action{++id_, "lift"};
+      ++id_;
+      out.reach = action("lift");
+      out.reach->p_Root_m.z() += options_.lift_m;
       break;
     case Stage::kHold:
       break;
     case Stage::kRelease:
-      out.grasp = TrialOutputs::Action{++id_, "release"};
+      ++id_;
+      out.grasp = action("release");
       break;
   }
 }
 
-bool TrialsCore::ended(const std::optional<TrialInputs::Done>& status, bool& well) const {
+bool TrialsCore::ended(const std::optional<TrialInputs::Done>& status, bool& well) {
   if (status && status->id == id_ && status->state != "running") {
     well = status->state == "done";
+    if (!well) reason_ = status->reason;
     return true;
   }
   well = false;
-  return in_stage_s_ > options_.stage_timeout_s;
+  if (in_stage_s_ <= options_.stage_timeout_s) return false;
+  reason_ = "no end of the action in time";
+  return true;
+}
+
+void TrialsCore::end_attempt(TrialOutputs& out) {
+  result_.reward = static_cast<double>(result_.steps_held) / options_.test_steps;
+  out.result = result_;
+  enter(Stage::kRelease, out);
 }
 
 TrialOutputs TrialsCore::step(double dt_s, const TrialInputs& inputs) {
@@ -67,22 +99,29 @@ TrialOutputs TrialsCore::step(double dt_s, const TrialInputs& inputs) {
   bool well = false;
   switch (stage_) {
     case Stage::kHome:
-      if (ended(inputs.reach, well)) {
-        if (result_.attempt >= options_.attempts) {
-          out.finished = true;
-        } else {
-          enter(Stage::kPut, out);
-        }
+      if (ended(inputs.reach, well)) enter(Stage::kAside, out);
+      break;
+    case Stage::kAside:
+      if (result_.attempt >= options_.attempts) {
+        out.finished = true;
+      } else {
+        enter(Stage::kApproach, out);
       }
       break;
-    case Stage::kPut:
-      if (in_stage_s_ >= kPutSettle_s) enter(Stage::kOpen, out);
-      break;
-    case Stage::kOpen:
-      if (ended(inputs.grasp, well)) enter(Stage::kApproach, out);
-      break;
     case Stage::kApproach:
-      if (ended(inputs.reach, well)) enter(Stage::kClose, out);
+      if (!hand_open_ && ended(inputs.grasp, well)) hand_open_ = true;
+      if (!hand_there_ && ended(inputs.reach, well)) {
+        hand_there_ = true;
+        if (!well) {  // not the fingers' fault
+          result_.trouble = reason_;
+          end_attempt(out);
+          break;
+        }
+      }
+      if (hand_open_ && hand_there_) enter(Stage::kPut, out);
+      break;
+    case Stage::kPut:
+      if (in_stage_s_ >= kPutSettle_s) enter(Stage::kClose, out);
       break;
     case Stage::kClose:
       // lifted whatever the hand thinks that it has: gravity decides
@@ -92,20 +131,24 @@ TrialOutputs TrialsCore::step(double dt_s, const TrialInputs& inputs) {
       }
       break;
     case Stage::kLift:
-      if (ended(inputs.reach, well)) enter(Stage::kHold, out);
+      if (ended(inputs.reach, well)) {
+        if (well) {
+          enter(Stage::kHold, out);
+        } else {
+          result_.trouble = reason_;
+          end_attempt(out);
+        }
+      }
       break;
     case Stage::kHold: {
-      const bool up = inputs.object_height_m > p_Root_m_.z() + options_.up_m;
+      const bool up = inputs.object_height_m > rest_height_m_[which_] + options_.up_m;
       if (up) ++result_.steps_held;
-      if (!up || result_.steps_held >= options_.test_steps) {
-        result_.reward = static_cast<double>(result_.steps_held) / options_.test_steps;
-        out.result = result_;
-        enter(Stage::kRelease, out);
-      }
+      if (!up || result_.steps_held >= options_.test_steps) end_attempt(out);
       break;
     }
     case Stage::kRelease:
-      if (ended(inputs.grasp, well)) enter(Stage::kHome, out);
+      // the next attempt begins from where the hand is; after trouble from home
+      if (ended(inputs.grasp, well)) enter(result_.trouble.empty() ? Stage::kAside : Stage::kHome, out);
       break;
   }
   return out;

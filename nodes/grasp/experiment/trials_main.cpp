@@ -1,7 +1,9 @@
 // nido-grasp-trials: the experimenter of the grasping experiment (docs/grasp.md).
 #include <fmt/format.h>
 
+#include <cmath>
 #include <fstream>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
@@ -31,6 +33,7 @@ Result<std::string> ask(Node& node, const std::string& line) {
   return answer;
 }
 
+// Height of an object's middle, root frame.
 Result<double> object_height_m(Node& node, const std::string& object) {
   auto answer = ask(node, "world where \"" + object + "\"");
   if (!answer) return answer.error();
@@ -42,22 +45,49 @@ Result<double> object_height_m(Node& node, const std::string& object) {
   return z;
 }
 
-msgs::ActionGoal goal_message(const TrialOutputs::Action& action, const std::string& object,
-                              const Eigen::Vector3d& p_Root_m, Time now) {
+// Where things lie when they lie on the table.
+struct Rest {
+  double middle_Root_m = 0;  // height of the middle, root frame
+  double frame_World_m = 0;  // height of the frame's origin, frame of the world port
+};
+
+Result<Rest> rest_of(Node& node, const std::string& object) {
+  auto middle = object_height_m(node, object);
+  if (!middle) return middle.error();
+  auto answer = ask(node, "world get \"" + object + "\"");
+  if (!answer) return answer.error();
+  std::istringstream in(*answer);
+  double x = 0;
+  double y = 0;
+  if (!(in >> x >> y)) return Error{ErrorCode::kFailed, "no position in the world's answer: " + *answer};
+  return Rest{*middle, y};
+}
+
+Status put(Node& node, const TrialOutputs::Put& put, const Rest& rest) {
+  const Eigen::Vector3d p = world_of_root({put.p_Root_m.x(), put.p_Root_m.y(), 0.0});
+  // upright: its frame points up, which is y of the world port
+  auto turned = ask(node, fmt::format("world rot \"{}\" -90 0 {}", put.object, put.yaw_rad * 180.0 / M_PI));
+  if (!turned) return turned.error();
+  auto there =
+      ask(node, fmt::format("world set \"{}\" {} {} {}", put.object, p.x(), rest.frame_World_m, p.z()));
+  return there ? Status{} : Status{there.error()};
+}
+
+msgs::ActionGoal goal_message(const TrialOutputs::Action& action, Time now) {
   msgs::ActionGoal goal;
   goal.header(header_at(now, "root"));
   goal.id(action.id);
   goal.action(action.action);
-  goal.object(object);
-  goal.position().x(p_Root_m.x());
-  goal.position().y(p_Root_m.y());
-  goal.position().z(p_Root_m.z());
+  goal.object(action.object);
+  goal.position().x(action.p_Root_m.x());
+  goal.position().y(action.p_Root_m.y());
+  goal.position().z(action.p_Root_m.z());
   return goal;
 }
 
 std::optional<TrialInputs::Done> newest(Input<msgs::ActionStatus>& port) {
   std::optional<TrialInputs::Done> done;
-  while (auto status = port.take()) done = TrialInputs::Done{status->id(), status->state()};
+  while (auto status = port.take()) done = TrialInputs::Done{status->id(), status->state(), status->reason()};
   return done;
 }
 
@@ -66,6 +96,7 @@ Status save(const std::vector<TrialResult>& results, const std::string& path) {
   for (const TrialResult& r : results) {
     rows.push_back({{"attempt", r.attempt},
                     {"object", r.object},
+                    {"trouble", r.trouble},
                     {"closed_on_it", r.closed_on_it},
                     {"steps_held", r.steps_held},
                     {"reward", r.reward}});
@@ -79,12 +110,16 @@ Status run(Node& node) {
   TrialOptions options;
   auto attempts = node.parameter<int>("attempts", options.attempts);
   if (!attempts) return attempts.error();
-  auto object = node.parameter<std::string>("object", options.object);
-  if (!object) return object.error();
+  auto objects = node.parameter<std::vector<std::string>>("objects", options.objects);
+  if (!objects) return objects.error();
+  if (*attempts < 1 || objects->empty()) {
+    return Error{ErrorCode::kInvalidArgument,
+                 "parameters attempts and objects: expected one or more of each"};
+  }
   auto results_path = node.parameter<std::string>("results", "trials.json");
   if (!results_path) return results_path.error();
   options.attempts = *attempts;
-  options.object = *object;
+  options.objects = *objects;
 
   auto reach_in = node.open_input<msgs::ActionStatus>("/grasp_trials/reach_status:i", Profile::kEvent);
   if (!reach_in) return reach_in.error();
@@ -100,43 +135,55 @@ Status run(Node& node) {
   if (!story_out) return story_out.error();
   node.set_ready();
 
-  TrialsCore core(options, node.options().seed);
+  std::optional<TrialsCore> core;
+  std::map<std::string, Rest> rests;
   std::vector<TrialResult> results;
   bool finished = false;
   return node.run([&](Time now) -> Status {
     if (finished) return {};
+    if (!core) {
+      // all of them lie on the table as the world file has put them there
+      std::vector<double> heights;
+      for (const std::string& object : options.objects) {
+        auto rest = rest_of(node, object);
+        if (!rest) return rest.error();
+        rests[object] = *rest;
+        heights.push_back(rest->middle_Root_m);
+      }
+      core.emplace(options, heights, node.options().seed);
+    }
     TrialInputs inputs;
     inputs.reach = newest(**reach_in);
     inputs.grasp = newest(**grasp_in);
-    auto height = object_height_m(node, options.object);
-    if (!height) return height.error();
-    inputs.object_height_m = *height;
-    const TrialOutputs out = core.step(node.options().period_s, inputs);
-    if (out.put_object_Root_m) {
-      const Eigen::Vector3d p = world_of_root(*out.put_object_Root_m);
-      auto put = ask(node, fmt::format("world set \"{}\" {} {} {}", options.object, p.x(), p.y(), p.z()));
-      if (!put) return put.error();
-      auto turned = ask(node, fmt::format("world rot \"{}\" 0 0 0", options.object));
-      if (!turned) return turned.error();
+    if (core->wants_height()) {
+      auto height = object_height_m(node, core->object());
+      if (!height) return height.error();
+      inputs.object_height_m = *height;
+    }
+    const TrialOutputs out = core->step(node.options().period_s, inputs);
+    if (out.put) {
+      if (auto there = put(node, *out.put, rests[out.put->object]); !there) return there;
     }
     if (out.reach) {
-      if (auto sent = (*reach_out)->write(goal_message(*out.reach, options.object, core.p_Root_m(), now));
-          !sent)
-        return sent;
+      if (auto sent = (*reach_out)->write(goal_message(*out.reach, now)); !sent) return sent;
     }
     if (out.grasp) {
-      if (auto sent = (*grasp_out)->write(goal_message(*out.grasp, options.object, core.p_Root_m(), now));
-          !sent)
-        return sent;
+      if (auto sent = (*grasp_out)->write(goal_message(*out.grasp, now)); !sent) return sent;
     }
     if (out.result) {
       results.push_back(*out.result);
-      node.log_info(fmt::format("attempt {}: held {} of {} steps, reward {:.2f}", out.result->attempt,
-                                out.result->steps_held, options.test_steps, out.result->reward));
-      msgs::Reward reward;
-      reward.header(header_at(now));
-      reward.value(out.result->reward);
-      if (auto sent = (*reward_out)->write(reward); !sent) return sent;
+      if (out.result->trouble.empty()) {
+        node.log_info(fmt::format("attempt {}: {}, held {} of {} steps, reward {:.2f}", out.result->attempt,
+                                  out.result->object, out.result->steps_held, options.test_steps,
+                                  out.result->reward));
+        msgs::Reward reward;
+        reward.header(header_at(now));
+        reward.value(out.result->reward);
+        if (auto sent = (*reward_out)->write(reward); !sent) return sent;
+      } else {
+        node.log_warning(fmt::format("attempt {}: {}, not tried: {}", out.result->attempt, out.result->object,
+                                     out.result->trouble));
+      }
       if (auto saved = save(results, *results_path); !saved) return saved;
     }
     if (out.finished) {

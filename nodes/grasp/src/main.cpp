@@ -5,6 +5,7 @@
 
 #include "nido/grasp/policies.h"
 #include "nido/grasp/settings.h"
+#include "nido/launcher/paths.h"
 #include "nido/middleware/node.h"
 #include "nido/middleware/stamp.h"
 #include "nido/middleware/typed_port.h"
@@ -42,10 +43,15 @@ msgs::ActionStatus status_message(const GraspStatus& status, Time now) {
 
 // What the process was told to do and with what.
 struct Settings {
-  std::string side, urdf, postures, weights, mode, save;
+  std::string side, urdf, postures, weights, mode, save, command;
 };
 
 Result<Settings> read_settings(Node& node) {
+  const auto places = find_places();
+  if (!places) return places.error();
+  const auto shipped = [&](const char* folder, const char* file) {
+    return (places->config / folder / file).string();
+  };
   Settings settings;
   Status read;
   const auto take = [&](const char* key, std::string fallback, std::string& value) {
@@ -58,11 +64,13 @@ Result<Settings> read_settings(Node& node) {
     }
   };
   take("side", "right", settings.side);
-  take("urdf", "config/robots/icub.urdf", settings.urdf);
-  take("postures", "config/robots/grasp_postures.yaml", settings.postures);
-  take("weights", "config/weights/grasp.txt", settings.weights);
+  take("urdf", shipped("robots", "icub.urdf"), settings.urdf);
+  take("postures", shipped("robots", "grasp_postures.yaml"), settings.postures);
+  take("weights", shipped("weights", "grasp.txt"), settings.weights);
   take("mode", "act", settings.mode);
   take("save", "grasp.txt", settings.save);
+  take("command", "nido launch grasp_learning --seed " + std::to_string(node.options().seed),
+       settings.command);
   if (!read) return read.error();
   if (settings.mode != "act" && settings.mode != "learn") {
     return Error{ErrorCode::kInvalidArgument,
@@ -126,7 +134,7 @@ Status run(Node& node) {
       if (auto reward = reward_in->take()) {
         learner->reward(reward->value());
         learning::WeightsFile file;
-        file.command = "nido experiment run grasp-learning --seed " + std::to_string(node.options().seed);
+        file.command = settings->command;
         learner->network().write_to(file, "grasp");
         if (auto saved = file.save(settings->save); !saved) return saved;
       }
