@@ -1,0 +1,32 @@
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "nido/interfaces/result.h"
+#include "nido/middleware/node.h"
+#include "nido/yarp/event_loop.h"
+#include "nido/yarp/port_host.h"
+
+namespace nido::gateway {
+
+struct GatewayOptions {
+  yarp::PortHostOptions ports;
+  // "auto": serve names, or register if a name server has the number already
+  bool register_if_taken = true;
+};
+
+// Shows every port of a nido system to YARP, as it comes and goes: outputs can be read, inputs written,
+// services asked, connections made from either side. `node` and `loop` must outlive it; it works as long as
+// the loop turns. For the loop's thread.
+class Gateway {
+ public:
+  static Result<std::unique_ptr<Gateway>> open(Node& node, yarp::EventLoop& loop, GatewayOptions options);
+  virtual ~Gateway() = default;
+  [[nodiscard]] virtual yarp::PortHost& ports() = 0;
+};
+
+// "host", "names_port", "names" (auto, serve, register), "first_port", "dialect" (3 or 4), "connections".
+Result<GatewayOptions> gateway_options(Node& node);
+
+}  // namespace nido::gateway

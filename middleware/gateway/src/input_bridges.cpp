@@ -1,0 +1,148 @@
+#include <fmt/format.h>
+
+#include "bridges.h"
+#include "nido/textproto/text_value.h"
+
+namespace nido::gateway {
+namespace {
+
+constexpr double kConnect_s = 3.0;
+constexpr double kService_s = 10.0;
+constexpr std::size_t kImageBytes = 16 << 20;
+
+class InputBridge final : public Bridge {
+ public:
+  InputBridge(BridgeContext& context, const PortDescription& port, const AnyType& type, Profile profile)
+      : context_(context), name_(port.name), type_(type), profile_(profile) {}
+
+  ~InputBridge() override {
+    context_.ports.close_port(name_);
+    worker_.reset();
+  }
+
+  Status open() {
+    yarp::PortSpec spec;
+    spec.name = name_;
+    spec.takes = true;
+    spec.about = "takes messages of type " + type_.name;
+    if (type_.name == "sensor_msgs/msg/Image") spec.limits.message = kImageBytes;
+    spec.on_message = [this](yarp::Incoming incoming) {
+      if (!worker_) worker_ = std::make_unique<Worker>();
+      worker_->add([this, incoming = std::move(incoming)]() mutable { take(std::move(incoming)); });
+    };
+    return context_.ports.open_port(std::move(spec));
+  }
+
+ private:
+  void take(yarp::Incoming incoming) {
+    const Status written = write(incoming);
+    if (!written) warn(incoming.sender, written.error().message);
+    incoming.answer(
+        written ? yarp::Bottle{yarp::Value::word("ok")}
+                : yarp::Bottle{yarp::Value::word("fail"), yarp::Value::string(written.error().message)});
+  }
+
+  Status write(const yarp::Incoming& incoming) {
+    const std::shared_ptr<void> message = type_.type.make_message();
+    if (Status taken = take_into(type_, incoming, context_.node.now().ns, message.get()); !taken)
+      return taken;
+    if (!output_) {
+      auto output =
+          context_.node.open_raw_output(own_name(context_.node, name_, ":o"), type_.type, profile_, kDepth);
+      if (!output) return output.error();
+      if (Status connected = context_.directory.connect((*output)->name(), name_, kConnect_s); !connected) {
+        return connected;
+      }
+      if (!(*output)->wait_for_readers(1, kConnect_s)) {
+        return Error{ErrorCode::kTimeout, name_ + " does not take from " + (*output)->name()};
+      }
+      output_ = std::move(*output);
+    }
+    return output_->write(message.get());
+  }
+
+  // a stream of bad messages makes one line a second
+  void warn(const std::string& sender, const std::string& reason) {
+    const auto now = std::chrono::steady_clock::now();
+    if (now - warned_ < std::chrono::seconds(1)) return;
+    warned_ = now;
+    context_.node.log_warning(fmt::format("{}: a message of {} was refused: {}", name_, sender, reason));
+  }
+
+  static constexpr std::size_t kDepth = 256;
+  BridgeContext& context_;
+  const std::string name_;
+  const AnyType& type_;
+  const Profile profile_;
+  std::unique_ptr<RawOutput> output_;  // the worker's
+  std::chrono::steady_clock::time_point warned_{};
+  std::unique_ptr<Worker> worker_;  // last: it uses the above
+};
+
+class ServiceBridge final : public Bridge {
+ public:
+  ServiceBridge(BridgeContext& context, std::string name) : context_(context), name_(std::move(name)) {}
+
+  ~ServiceBridge() override {
+    context_.ports.close_port(name_);
+    worker_.reset();
+  }
+
+  Status open() {
+    yarp::PortSpec spec;
+    spec.name = name_;
+    spec.takes = true;
+    spec.about = "answers lines of text; 'help' tells which";
+    spec.on_message = [this](yarp::Incoming incoming) {
+      if (!worker_) worker_ = std::make_unique<Worker>();
+      worker_->add([this, incoming = std::move(incoming)]() mutable { ask(std::move(incoming)); });
+    };
+    return context_.ports.open_port(std::move(spec));
+  }
+
+ private:
+  void ask(yarp::Incoming incoming) {
+    const auto refuse = [&](const std::string& reason) {
+      incoming.answer(yarp::Bottle{yarp::Value::word("fail"), yarp::Value::string(reason)});
+    };
+    std::string line;
+    if (incoming.is_text) {
+      line = incoming.bytes;
+    } else {
+      const Result<yarp::Decoded> content = incoming.content();
+      if (!content) return refuse(content.error().message);
+      line = yarp::to_text(content->bottle);
+    }
+    const Result<std::string> reply = context_.node.call(name_, line, kService_s);
+    if (!reply) return refuse(reply.error().message);
+    Result<yarp::Bottle> bottle = yarp::parse_bottle(*reply);
+    // an answer in words is a string
+    incoming.answer(bottle ? std::move(*bottle) : yarp::Bottle{yarp::Value::string(*reply)});
+  }
+
+  BridgeContext& context_;
+  const std::string name_;
+  std::unique_ptr<Worker> worker_;
+};
+
+}  // namespace
+
+Result<std::unique_ptr<Bridge>> bridge_input(BridgeContext& context, const PortDescription& port) {
+  const AnyType* type = find_any_type(port.type);
+  if (type == nullptr) {
+    return Error{ErrorCode::kUnsupported, fmt::format("{}: type {} is not known here", port.name, port.type)};
+  }
+  const Result<Profile> profile = profile_from_string(port.profile);
+  if (!profile) return profile.error();
+  auto bridge = std::make_unique<InputBridge>(context, port, *type, *profile);
+  if (Status opened = bridge->open(); !opened) return opened.error();
+  return std::unique_ptr<Bridge>(std::move(bridge));
+}
+
+Result<std::unique_ptr<Bridge>> bridge_service(BridgeContext& context, const std::string& name) {
+  auto bridge = std::make_unique<ServiceBridge>(context, name);
+  if (Status opened = bridge->open(); !opened) return opened.error();
+  return std::unique_ptr<Bridge>(std::move(bridge));
+}
+
+}  // namespace nido::gateway

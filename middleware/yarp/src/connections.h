@@ -1,0 +1,162 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "nido/yarp/event_loop.h"
+#include "nido/yarp/port_host.h"
+#include "nido/yarp/stream.h"
+#include "sockets.h"
+
+namespace nido::yarp {
+
+using SteadyTime = std::chrono::steady_clock::time_point;
+
+// Messages that wait for one connection: a bounded number, the oldest go.
+class SendQueue {
+ public:
+  explicit SendQueue(std::size_t most) : most_(most) {}
+  struct Item {
+    std::shared_ptr<const Content> content;
+    std::string envelope;
+  };
+  // How many had to go.
+  std::size_t push(Item item) {
+    std::size_t gone = 0;
+    for (; items_.size() >= most_; ++gone) items_.pop_front();
+    items_.push_back(std::move(item));
+    return gone;
+  }
+  std::optional<Item> pop() {
+    if (items_.empty()) return std::nullopt;
+    Item item = std::move(items_.front());
+    items_.pop_front();
+    return item;
+  }
+
+ private:
+  std::size_t most_;
+  std::deque<Item> items_;
+};
+
+// What a connection needs of the host it belongs to. Connections end by telling it: it deletes them.
+class ConnectionOwner {
+ public:
+  virtual ~ConnectionOwner() = default;
+  // What has come on a connection to a port. The connection is `busy` until answer_to() is called.
+  virtual void on_event(std::uint64_t connection, Event event) = 0;
+  virtual void on_end(std::uint64_t connection, const std::string& reason) = 0;
+  virtual void on_lost(std::size_t messages) = 0;
+};
+
+// A connection that somebody made to a port of ours.
+class InConnection {
+ public:
+  InConnection(std::uint64_t id, EventLoop& loop, ConnectionOwner& owner, Fd fd, std::string peer,
+               const StreamLimits& limits, std::size_t queue, SteadyTime deadline);
+  ~InConnection();
+
+  // Begins to listen; false when it cannot.
+  bool start();
+
+  // After Opened: greets and goes on. Datagrams come on another socket from now on.
+  void accept(const std::string& sender, int own_port, const std::string& host);
+  // Goes on after an event, with what is to be sent back.
+  void answer(const std::string& bytes);
+  void send(const std::string& bytes);
+  // Sends what there is to send, then ends.
+  void finish(const std::string& farewell);
+  // Ends at once.
+  void hang_up(const std::string& reason) { end(reason); }
+  // It has said what it wants.
+  void mark_opened() { opened_ = true; }
+  // The far side reads from now on.
+  void reverse();
+  void give(const std::shared_ptr<const Content>& content, const std::string& envelope);
+
+  [[nodiscard]] bool is_late(SteadyTime now) const { return !opened_ && now > deadline_; }
+  [[nodiscard]] bool is_opened() const { return opened_; }
+
+  const std::uint64_t id;
+  const std::string peer;
+  std::string port;    // name of the port of ours
+  std::string sender;  // who connected
+  Dialect dialect = Dialect::k3;
+  bool is_reversed = false;
+  ReceivingStream stream;
+
+ private:
+  void happened(EventLoop::Happened what);
+  void read_stream();
+  void read_datagrams();
+  void handle_events();
+  void flush();
+  void pump();
+  void watch_again();
+  void end(const std::string& reason);
+
+  EventLoop& loop_;
+  ConnectionOwner& owner_;
+  Fd fd_;
+  std::optional<DatagramReader> datagrams_;
+  SteadyTime deadline_;
+  std::string out_;
+  std::size_t out_at_ = 0;
+  SendQueue queue_;
+  bool opened_ = false;
+  bool busy_ = false;  // an event is being worked on
+  bool handling_ = false;
+  bool finishing_ = false;
+  bool ended_ = false;
+  bool far_end_closed_ = false;
+};
+
+// A connection from an output of ours to a port of somebody.
+class OutConnection {
+ public:
+  OutConnection(std::uint64_t id, EventLoop& loop, ConnectionOwner& owner, std::string port, Contact target,
+                Carrier carrier, std::size_t queue, Dialect dialect, SteadyTime deadline);
+  ~OutConnection();
+
+  // Begins to connect. `done` is called once, with the outcome.
+  void start(std::function<void(Status)> done);
+  void give(const std::shared_ptr<const Content>& content, const std::string& envelope);
+  [[nodiscard]] bool is_late(SteadyTime now) const { return state_ != State::kReady && now > deadline_; }
+  [[nodiscard]] bool is_ready() const { return state_ == State::kReady; }
+  void end(const std::string& reason);
+
+  const std::uint64_t id;
+  const std::string port;
+  const Contact target;
+  const Carrier carrier;
+
+ private:
+  enum class State { kConnecting, kGreeting, kReady, kEnded };
+  void happened(EventLoop::Happened what);
+  void read();
+  void on_welcome(int number);
+  void flush();
+  void pump();
+  void send_datagrams(const std::string& message);
+
+  EventLoop& loop_;
+  ConnectionOwner& owner_;
+  Fd fd_;
+  State state_ = State::kConnecting;
+  AnswerReader answers_;
+  const Dialect dialect_;
+  SteadyTime deadline_;
+  std::function<void(Status)> done_;
+  SendQueue queue_;
+  std::string out_;
+  std::size_t out_at_ = 0;
+  bool awaits_ack_ = false;
+  int refused_datagrams_ = 0;
+};
+
+}  // namespace nido::yarp

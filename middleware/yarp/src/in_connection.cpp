@@ -1,0 +1,199 @@
+#include <fmt/format.h>
+#include <sys/socket.h>
+
+#include <cerrno>
+#include <cstring>
+
+#include "connections.h"
+
+namespace nido::yarp {
+namespace {
+
+constexpr std::size_t kReadBytes = 64 * 1024;
+// replies that a client leaves unread; it is not listened to meanwhile
+constexpr std::size_t kMostUnsent = 256 * 1024;
+
+}  // namespace
+
+InConnection::InConnection(std::uint64_t its_id, EventLoop& loop, ConnectionOwner& owner, Fd fd,
+                           std::string its_peer, const StreamLimits& limits, std::size_t queue,
+                           SteadyTime deadline)
+    : id(its_id),
+      peer(std::move(its_peer)),
+      stream(limits),
+      loop_(loop),
+      owner_(owner),
+      fd_(std::move(fd)),
+      deadline_(deadline),
+      queue_(queue) {}
+
+InConnection::~InConnection() {
+  if (fd_.is_open()) loop_.unwatch(fd_.get());
+}
+
+bool InConnection::start() {
+  return loop_.watch(fd_.get(), true, false, [this](EventLoop::Happened what) { happened(what); }).ok();
+}
+
+void InConnection::end(const std::string& reason) {
+  if (ended_) return;
+  ended_ = true;
+  if (fd_.is_open()) loop_.unwatch(fd_.get());
+  fd_.reset();
+  owner_.on_end(id, reason);
+}
+
+void InConnection::happened(EventLoop::Happened what) {
+  if (what.writable) flush();
+  if (ended_) return;
+  if (what.readable || what.broken) {
+    if (datagrams_) {
+      read_datagrams();
+    } else {
+      read_stream();
+    }
+  }
+}
+
+void InConnection::read_stream() {
+  char bytes[kReadBytes];
+  for (int rounds = 0; rounds < 8; ++rounds) {
+    if (!stream.hungry() && !is_reversed && !finishing_) break;
+    const ssize_t count = recv(fd_.get(), bytes, sizeof bytes, 0);
+    if (count < 0 && (errno == EAGAIN || errno == EINTR)) break;
+    if (count <= 0) {
+      // what came before it closed is still worked on
+      far_end_closed_ = true;
+      if (!busy_ || count < 0) return end("closed by the far side");
+      loop_.unwatch(fd_.get());
+      return;
+    }
+    // who reads now has nothing to say any more, and who is being dismissed neither
+    if (is_reversed || finishing_) continue;
+    stream.feed(std::string_view(bytes, static_cast<std::size_t>(count)));
+    handle_events();
+    if (ended_ || datagrams_) return;
+    if (static_cast<std::size_t>(count) < sizeof bytes) break;
+  }
+  watch_again();
+}
+
+void InConnection::read_datagrams() {
+  char bytes[kReadBytes];
+  for (int rounds = 0; rounds < 64; ++rounds) {
+    if (!stream.hungry()) break;
+    const ssize_t count = recv(fd_.get(), bytes, sizeof bytes, 0);
+    if (count < 0) break;
+    const auto piece = datagrams_->take(std::string_view(bytes, static_cast<std::size_t>(count)));
+    if (!piece) continue;
+    if (piece->restarts) stream.restart_message();
+    stream.feed(piece->bytes);
+    handle_events();
+    if (ended_) return;
+  }
+  watch_again();
+}
+
+void InConnection::handle_events() {
+  if (handling_) return;
+  handling_ = true;
+  while (!busy_ && !ended_ && !is_reversed && !finishing_ && out_.size() - out_at_ < kMostUnsent) {
+    std::optional<Event> event = stream.next();
+    if (!event) break;
+    busy_ = true;
+    owner_.on_event(id, std::move(*event));
+  }
+  handling_ = false;
+  if (!ended_ && far_end_closed_ && !busy_) end("closed by the far side");
+}
+
+void InConnection::accept(const std::string& its_sender, int own_port, const std::string& host) {
+  opened_ = true;
+  sender = its_sender;
+  if (stream.carrier() != Carrier::kUdp) return answer(stream.welcome(its_sender, own_port));
+  // datagrams come on a socket of their own; the first one has no more to say
+  Result<Fd> datagrams = open_udp(host, 0, {}, 0);
+  if (!datagrams) return finish({});
+  send(stream.welcome(its_sender, local_port(datagrams->get())));
+  if (ended_) return;
+  loop_.unwatch(fd_.get());
+  fd_ = std::move(*datagrams);
+  out_.clear();
+  out_at_ = 0;
+  datagrams_.emplace();
+  busy_ = false;
+  if (!start()) end("no datagrams can be had");
+}
+
+void InConnection::answer(const std::string& bytes) {
+  busy_ = false;
+  send(bytes);
+  if (ended_) return;
+  handle_events();
+  if (!ended_) watch_again();
+}
+
+void InConnection::send(const std::string& bytes) {
+  if (bytes.empty() || ended_ || datagrams_) return;
+  if (far_end_closed_) {
+    // it has no more to say, but may still listen
+    [[maybe_unused]] const ssize_t count = ::send(fd_.get(), bytes.data(), bytes.size(), MSG_NOSIGNAL);
+    return;
+  }
+  out_ += bytes;
+  flush();
+}
+
+void InConnection::finish(const std::string& farewell) {
+  finishing_ = true;
+  busy_ = false;
+  send(farewell);
+  if (!ended_ && (out_.empty() || far_end_closed_)) end("finished");
+}
+
+void InConnection::reverse() {
+  is_reversed = true;
+  busy_ = false;
+  watch_again();
+}
+
+void InConnection::give(const std::shared_ptr<const Content>& content, const std::string& envelope) {
+  owner_.on_lost(queue_.push({content, envelope}));
+  pump();
+}
+
+void InConnection::pump() {
+  while (!ended_ && out_.empty()) {
+    const std::optional<SendQueue::Item> item = queue_.pop();
+    if (!item) return;
+    const bool text = is_text(stream.carrier());
+    send(message(stream.carrier(), text ? item->content->text() : item->content->bytes(dialect),
+                 item->envelope, false));
+  }
+}
+
+void InConnection::flush() {
+  while (out_at_ < out_.size()) {
+    const ssize_t count = ::send(fd_.get(), out_.data() + out_at_, out_.size() - out_at_, MSG_NOSIGNAL);
+    if (count < 0) {
+      if (errno == EAGAIN || errno == EINTR) return watch_again();
+      return end(std::strerror(errno));
+    }
+    out_at_ += static_cast<std::size_t>(count);
+  }
+  out_.clear();
+  out_at_ = 0;
+  if (finishing_) return end("finished");
+  if (is_reversed) pump();
+  if (ended_) return;
+  if (!busy_) handle_events();
+  if (!ended_) watch_again();
+}
+
+void InConnection::watch_again() {
+  if (!fd_.is_open() || far_end_closed_) return;
+  const bool unread = out_.size() - out_at_ >= kMostUnsent;
+  loop_.change(fd_.get(), is_reversed || finishing_ || (stream.hungry() && !unread), out_at_ < out_.size());
+}
+
+}  // namespace nido::yarp
