@@ -141,8 +141,7 @@ Result<std::shared_ptr<Participant>> Participant::join(int domain, const std::st
       dds::StatusMask::none());
   if (self->participant_ == nullptr) {
     return Error{ErrorCode::kFailed, "node " + node_name + " cannot join DDS domain " +
-                                         std::to_string(domain) +
-                                         ": is the loopback interface up?"};
+                                         std::to_string(domain) + ": is the loopback interface up?"};
   }
   self->publisher_ = self->participant_->create_publisher(dds::PUBLISHER_QOS_DEFAULT);
   self->subscriber_ = self->participant_->create_subscriber(dds::SUBSCRIBER_QOS_DEFAULT);

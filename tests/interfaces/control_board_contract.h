@@ -289,14 +289,29 @@ TEST_P(ControlBoardContract, StopEndsAMotion) {
   EXPECT_EQ(mode(), ControlMode::kPosition);
 }
 
-// over DDS a speed that is still under way can overtake the stop; to be mended in the client wrapper
-TEST_P(ControlBoardContract, DISABLED_StopEndsASpeed) {
+TEST_P(ControlBoardContract, StopEndsASpeed) {
   go_to(place(0.4));
   const double speed[] = {0.3};
   stream(0.3, [&] { return board().set_velocities(joint_, speed); });
   ASSERT_TRUE(board().stop(joint_).ok());
   EXPECT_TRUE(
       eventually(1.0, [&] { return std::abs(velocity()) < 0.02 && mode() == ControlMode::kPosition; }));
+}
+
+// what was streamed before an order does not undo it, and what is streamed after it counts
+TEST_P(ControlBoardContract, AStreamedSpeedDoesNotOutliveAStop) {
+  go_to(place(0.4));
+  const double before_rad = position();
+  const double speed[] = {0.3};
+  const double back[] = {-0.3};
+  ASSERT_TRUE(board().set_velocities(joint_, speed).ok());
+  ASSERT_TRUE(board().stop(joint_).ok());
+  pass(0.2);
+  EXPECT_EQ(mode(), ControlMode::kPosition);
+  EXPECT_NEAR(position(), before_rad, 0.02);
+  stream(0.5, [&] { return board().set_velocities(joint_, back); });
+  EXPECT_EQ(mode(), ControlMode::kVelocity);
+  EXPECT_LT(position(), before_rad - 0.1);
 }
 
 TEST_P(ControlBoardContract, ModesAreSetAndTold) {

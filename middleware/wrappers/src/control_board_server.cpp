@@ -6,6 +6,7 @@
 #include "nido/middleware/typed_port.h"
 #include "nido/textproto/control_board_text.h"
 #include "nido/wrappers/servers.h"
+#include "ordered_board.h"
 #include "stamps.h"
 
 namespace nido {
@@ -17,7 +18,7 @@ constexpr std::size_t kCommandsKept = 256;
 class ControlBoardServer final : public IServer {
  public:
   ControlBoardServer(Node& node, std::string stem, IControlBoard& board, std::int64_t period_ns)
-      : node_(node), stem_(std::move(stem)), board_(board), text_(board), due_(period_ns) {}
+      : node_(node), stem_(std::move(stem)), board_(board), text_(board_), due_(period_ns) {}
 
   Status open() {
     for (int joint = 0; joint < board_.axes(); ++joint) {
@@ -40,8 +41,12 @@ class ControlBoardServer final : public IServer {
   }
 
   Status take_commands() override {
-    while (const std::optional<msgs::JointCommand> message = command_->take()) {
-      if (const Status applied = apply(*message); !applied) {
+    while (const auto received = command_->take_received()) {
+      const msgs::JointCommand& command = received->message;
+      const std::vector<int> joints(command.joint().begin(), command.joint().end());
+      if (const Status applied =
+              board_.apply_streamed(received->source_time, command.mode(), joints, command.value());
+          !applied) {
         warn(fmt::format("{}/command:i: a command was refused: {}", stem_, applied.error().message));
       }
     }
@@ -60,33 +65,6 @@ class ControlBoardServer final : public IServer {
   }
 
  private:
-  Status apply(const msgs::JointCommand& message) {
-    const std::optional<ControlMode> mode = control_mode_from_string(message.mode());
-    const std::vector<int> joints(message.joint().begin(), message.joint().end());
-    const std::vector<double>& values = message.value();
-    if (mode) {
-      switch (*mode) {
-        case ControlMode::kPosition:
-          return board_.move_to(joints, values);
-        case ControlMode::kDirect:
-          return board_.set_positions(joints, values);
-        case ControlMode::kVelocity:
-          return board_.set_velocities(joints, values);
-        case ControlMode::kTorque:
-          return board_.set_torques(joints, values);
-        case ControlMode::kPwm:
-          return board_.set_duty_cycles(joints, values);
-        case ControlMode::kIdle:
-          return board_.set_control_mode(joints, ControlMode::kIdle);
-        case ControlMode::kFault:
-          break;
-      }
-    }
-    return Error{ErrorCode::kInvalidArgument,
-                 fmt::format("mode '{}' is none of position, direct, velocity, torque, pwm, idle",
-                             message.mode().substr(0, 40))};
-  }
-
   // a stream of bad commands makes one line a second, not a hundred
   void warn(const std::string& text) {
     const std::int64_t now_ns = node_.now().ns;
@@ -101,7 +79,7 @@ class ControlBoardServer final : public IServer {
 
   Node& node_;
   const std::string stem_;
-  IControlBoard& board_;
+  OrderedBoard board_;
   ControlBoardText text_;
   Due due_;
   msgs::JointState message_;
