@@ -330,6 +330,7 @@ class FileRecorder final : public Recorder {
           static_cast<std::uint64_t>(std::max<std::int64_t>(one.received.source_time.ns, 0));
       message.data = raw.bytes();
       if (auto status = writer_->write(message); !status) return status;
+      one.port->told.last_ns = one.log_time_ns;
       ++one.port->told.messages;
       one.port->told.bytes += raw.bytes().size();
       one.received.message.reset();

@@ -32,8 +32,9 @@ struct RecordedPort {
   std::string profile;  // "state"
   std::uint64_t messages = 0;
   std::uint64_t bytes = 0;
-  std::uint64_t lost = 0;  // written by the source, not in the file
-  std::string refused;     // why it cannot be recorded; empty if it can
+  std::uint64_t lost = 0;     // written by the source, not in the file
+  std::uint64_t last_ns = 0;  // log time of the newest message
+  std::string refused;        // why it cannot be recorded; empty if it can
 };
 
 // Writes what output ports send into an MCAP file (docs/recording.md). Messages are taken as they travel, so
