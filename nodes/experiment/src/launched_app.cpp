@@ -6,13 +6,15 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <csignal>
 #include <cstring>
 
 #include "nido/launcher/paths.h"
 
 namespace nido {
 
-Status run_app(const std::string& app, const std::vector<std::string>& arguments, const std::string& log) {
+Result<LaunchedApp> LaunchedApp::start(const std::string& app, const std::vector<std::string>& arguments,
+                                       const std::string& log) {
   const auto places = find_places();
   if (!places) return places.error();
   std::vector<std::string> words = {(places->programs / "nido").string(), "launch", app};
@@ -34,16 +36,55 @@ Status run_app(const std::string& app, const std::vector<std::string>& arguments
   close(output);
   if (child < 0)
     return Error{ErrorCode::kFailed, fmt::format("no process for {}: {}", words[0], std::strerror(errno))};
+  return LaunchedApp(child, app, log);
+}
+
+LaunchedApp::LaunchedApp(LaunchedApp&& other) noexcept
+    : pid_(std::exchange(other.pid_, -1)),
+      app_(std::move(other.app_)),
+      log_(std::move(other.log_)),
+      ended_(std::move(other.ended_)) {}
+
+LaunchedApp::~LaunchedApp() {
+  if (pid_ < 0) return;
+  kill(pid_, SIGINT);
+  static_cast<void>(wait());
+}
+
+std::optional<Status> LaunchedApp::reap(int flags) {
+  if (ended_) return ended_;
   int state = 0;
-  while (waitpid(child, &state, 0) < 0) {
-    if (errno != EINTR)
-      return Error{ErrorCode::kFailed, fmt::format("lost {}: {}", words[0], std::strerror(errno))};
+  pid_t reaped = 0;
+  do {
+    reaped = waitpid(pid_, &state, flags);
+  } while (reaped < 0 && errno == EINTR);
+  if (reaped == 0) return std::nullopt;
+  if (reaped < 0) {
+    ended_ = Error{ErrorCode::kFailed, fmt::format("lost app {}: {}", app_, std::strerror(errno))};
+  } else if (const int code = WIFEXITED(state) ? WEXITSTATUS(state) : 128 + WTERMSIG(state); code == 0) {
+    ended_ = Status();
+  } else if (code == 130) {
+    ended_ = Error{ErrorCode::kInterrupted, "interrupted"};
+  } else {
+    ended_ = Error{ErrorCode::kFailed,
+                   fmt::format("app {} ended with exit code {}; its words are in {}", app_, code, log_)};
   }
-  const int code = WIFEXITED(state) ? WEXITSTATUS(state) : 128 + WTERMSIG(state);
-  if (code == 0) return {};
-  if (code == 130) return Error{ErrorCode::kInterrupted, "interrupted"};
-  return Error{ErrorCode::kFailed,
-               fmt::format("app {} ended with exit code {}; its words are in {}", app, code, log)};
+  pid_ = -1;
+  return ended_;
+}
+
+std::optional<Status> LaunchedApp::poll() { return reap(WNOHANG); }
+
+Status LaunchedApp::wait() {
+  while (true) {
+    if (auto ended = reap(0)) return *ended;
+  }
+}
+
+Status run_app(const std::string& app, const std::vector<std::string>& arguments, const std::string& log) {
+  auto running = LaunchedApp::start(app, arguments, log);
+  if (!running) return running.error();
+  return running->wait();
 }
 
 }  // namespace nido

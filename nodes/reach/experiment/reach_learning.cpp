@@ -3,10 +3,15 @@
 // uses.
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cmath>
+#include <cstdlib>
 #include <filesystem>
+#include <fstream>
 #include <optional>
+#include <thread>
 
 #include "nido/experiment/launched_app.h"
 #include "nido/launcher/paths.h"
@@ -23,7 +28,7 @@ namespace {
 
 struct Request : ExperimentRequest {
   int samples = 5000;       // of the arm alone, for the paper's network
-  int body_samples = 2000;  // of arm, wrist and torso, for the model of the seen hand
+  int body_samples = 1000;  // of arm, wrist and torso, for the model of the seen hand
   std::string from;         // folder with samples of an earlier run
   std::string weights;      // folder for the weights
   std::string urdf;
@@ -35,8 +40,6 @@ struct Request : ExperimentRequest {
 
 constexpr double kPaperRmse = 0.156;
 constexpr int kShown = 150;  // positions and test samples in the paper's figures 6 and 8
-constexpr const char* kArmFile = "babbling_arm.txt";
-constexpr const char* kBodyFile = "babbling_body.txt";
 const char* const kJointNames[] = {"shoulder pitch", "shoulder roll", "shoulder yaw", "elbow",
                                    "wrist pronosupination"};
 
@@ -53,35 +56,104 @@ std::string command_line(const Request& request) {
       request.seed, request.samples, request.body_samples, request.iterations, request.rate);
 }
 
-// Lets robot, vision and reach babble until the file is there.
-Status babble(const Request& request, const std::string& file, int samples, bool whole_body) {
-  const std::filesystem::path out = request.out;
-  const std::string run = whole_body ? "babbling_body" : "babbling_arm";
-  fmt::print("babbling {}: {} sightings of the hand\n",
-             whole_body ? "with arm, wrist and torso" : "with the arm", samples);
-  std::fflush(stdout);
-  const std::filesystem::path absolute = std::filesystem::absolute(out);
-  return run_app(
-      "reach_babbling",
-      {"--seed", std::to_string(request.seed + (whole_body ? 1000 : 0)), "--rate", "max", "--lockstep",
-       "--domain", std::to_string(request.domain), "--out", (absolute / run).string(), "--set",
-       fmt::format("reach.samples={}", samples), "--set", fmt::format("reach.whole_body={}", whole_body),
-       "--set", fmt::format("reach.side={}", request.side), "--set",
-       fmt::format("reach.samples_file={}", (absolute / file).string())},
-      (out / (run + ".log")).string());
+// One robot that babbles, with eyes of its own, in a DDS domain of its own.
+struct Babble {
+  std::string name;  // of its folder, log and samples
+  int samples = 0;
+  bool whole_body = false;
+  std::uint64_t seed = 1;
+};
+
+// Learned and tested samples come from different seeds.
+std::vector<Babble> babbles(const Request& request) {
+  return {{"babbling_learn", request.samples / 2, false, request.seed},
+          {"babbling_test", request.samples - request.samples / 2, false, request.seed + 1000},
+          {"babbling_body", request.body_samples, true, request.seed + 2000}};
+}
+
+std::filesystem::path samples_file(const std::filesystem::path& folder, const Babble& babble) {
+  return folder / (babble.name + ".txt");
+}
+
+std::filesystem::path log_of(const std::filesystem::path& folder, const Babble& babble) {
+  return folder / babble.name / "logs" / "reach.log";
+}
+
+Result<LaunchedApp> start(const Request& request, const Babble& babble, int domain) {
+  const std::filesystem::path out = std::filesystem::absolute(request.out);
+  std::error_code absent;
+  std::filesystem::remove(log_of(out, babble), absent);  // of an earlier run: it would be taken for progress
+  return LaunchedApp::start("reach_babbling",
+                            {"--seed", std::to_string(babble.seed), "--rate", "max", "--lockstep", "--domain",
+                             std::to_string(domain), "--out", (out / babble.name).string(), "--set",
+                             fmt::format("reach.samples={}", babble.samples), "--set",
+                             fmt::format("reach.whole_body={}", babble.whole_body), "--set",
+                             fmt::format("reach.side={}", request.side), "--set",
+                             fmt::format("reach.samples_file={}", samples_file(out, babble).string())},
+                            (out / (babble.name + ".log")).string());
+}
+
+// What a babbling robot has gathered so far, from its log ("babbling: 300 of 2500 samples").
+long gathered(const std::filesystem::path& log_file) {
+  std::ifstream log(log_file);
+  long last = 0;
+  for (std::string line; std::getline(log, line);) {
+    const std::size_t at = line.find("babbling: ");
+    if (at != std::string::npos) last = std::max(last, std::atol(line.c_str() + at + 10));
+  }
+  return last;
+}
+
+// Robots babble, `jobs` of them at once, until all samples are there.
+Status babble(const Request& request) {
+  const std::vector<Babble> all = babbles(request);
+  long wanted = 0;
+  for (const Babble& babble : all) wanted += babble.samples;
+  ProgressBar progress("babbling", wanted);
+  std::vector<std::optional<LaunchedApp>> apps(all.size());
+  std::size_t next = 0;
+  std::size_t done = 0;
+  while (done < all.size()) {
+    while (next < all.size() && next - done < static_cast<std::size_t>(request.jobs)) {
+      auto app = start(request, all[next], request.domain + static_cast<int>(next));
+      if (!app) return app.error();
+      apps[next++].emplace(std::move(*app));
+    }
+    for (auto& app : apps) {
+      const auto ended = app ? app->poll() : std::nullopt;
+      if (!ended) continue;
+      if (!*ended) return *ended;  // the others are interrupted with the list
+      app.reset();
+      ++done;
+    }
+    long sum = 0;
+    for (std::size_t i = 0; i < next; ++i) {
+      sum += apps[i] ? gathered(log_of(request.out, all[i])) : all[i].samples;
+    }
+    progress.update(sum, "sightings of the hand");
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  }
+  return {};
 }
 
 Result<Samples> gather(const Request& request) {
   const std::filesystem::path folder = request.from.empty() ? request.out : request.from;
   if (request.from.empty()) {
-    if (Status done = babble(request, kArmFile, request.samples, false); !done) return done.error();
-    if (Status done = babble(request, kBodyFile, request.body_samples, true); !done) return done.error();
+    if (Status done = babble(request); !done) return done.error();
   }
-  auto arm = load_samples(folder / kArmFile);
-  if (!arm) return arm.error();
-  auto body = load_samples(folder / kBodyFile);
+  const std::vector<Babble> all = babbles(request);
+  auto learn = load_samples(samples_file(folder, all[0]));
+  if (!learn) return learn.error();
+  auto test = load_samples(samples_file(folder, all[1]));
+  if (!test) return test.error();
+  auto body = load_samples(samples_file(folder, all[2]));
   if (!body) return body.error();
-  return Samples{std::move(*arm), std::move(*body)};
+  // the network learns from the first half
+  const std::size_t half = std::min(learn->size(), test->size());
+  learn->resize(half);
+  test->resize(half);
+  learn->insert(learn->end(), test->begin(), test->end());
+  return Samples{std::move(*learn), std::move(*body)};
 }
 
 std::vector<Plot> cloud_plots(const std::vector<BabblingSample>& samples) {
@@ -104,8 +176,8 @@ std::vector<Plot> cloud_plots(const std::vector<BabblingSample>& samples) {
 }
 
 std::vector<Plot> network_plots(const PostureNetwork::TrainingReport& training) {
-  Plot curve{"learning-curve", "Error of the paper's network during training", "iteration (one pattern each)",
-             "RMSE"};
+  Plot curve{"learning-curve", "Error of the paper's network during training",
+             "iteration (a pass over the learned samples)", "RMSE"};
   Series train{"learned samples"};
   Series test{"test samples"};
   Series paper{"paper's end", {}, true, true};
@@ -131,6 +203,65 @@ std::vector<Plot> network_plots(const PostureNetwork::TrainingReport& training) 
     plots.push_back(trace);
   }
   return plots;
+}
+
+// What one training gave.
+struct Trained {
+  std::uint64_t seed = 0;
+  Result<void> status;
+  std::optional<PostureNetwork> network;
+  PostureNetwork::TrainingReport report;
+  double rmse_test_pattern = 0.0;  // with one pattern an iteration instead of a pass
+};
+
+// Trains `trials` networks from different first weights, `jobs` at once; those that are complete when
+// interrupted.
+Result<std::vector<Trained>> train(const Request& request, const ArmChain& chain,
+                                   const std::vector<BabblingSample>& samples) {
+  const InterruptFlag interrupt;
+  std::vector<Trained> all(static_cast<std::size_t>(request.trials));
+  std::atomic<std::size_t> next = 0;
+  std::atomic<long> passes = 0;
+  std::atomic<std::size_t> ended = 0;
+  const long report_every = std::max(1L, request.iterations / 100);
+  const auto work = [&] {
+    for (std::size_t i = next++; i < all.size(); i = next++) {
+      Trained& trial = all[i];
+      trial.seed = request.seed + i;
+      const learning::OnlineOptions options{request.iterations, request.rate, trial.seed, report_every};
+      PostureNetwork::TrainingReport by_pattern;
+      auto pattern =
+          PostureNetwork::train(chain, samples, options, PostureNetwork::Iteration::kPattern, &by_pattern);
+      trial.rmse_test_pattern = by_pattern.rmse_test;
+      auto trained = PostureNetwork::train(chain, samples, options, PostureNetwork::Iteration::kPass,
+                                           &trial.report, [&](const learning::CurvePoint& point) {
+                                             if (point.iteration > 0) passes += report_every;
+                                             return !interrupt.raised();
+                                           });
+      if (!trained) {
+        trial.status = trained.error();
+      } else if (!interrupt.raised()) {
+        trial.network = std::move(*trained);
+      }
+      ++ended;
+    }
+  };
+  {
+    std::vector<std::jthread> workers;
+    for (int job = 0; job < std::min(request.jobs, request.trials); ++job) workers.emplace_back(work);
+    ProgressBar progress("training", request.iterations * request.trials);
+    while (ended < all.size()) {
+      progress.update(passes, "passes");
+      std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    }
+    progress.update(passes, "passes");
+  }
+  for (const Trained& trial : all) {
+    if (!trial.status) return trial.status.error();
+  }
+  std::erase_if(all, [](const Trained& trial) { return !trial.network; });
+  if (all.empty()) return Error{ErrorCode::kInterrupted, "interrupted before anything was learned"};
+  return all;
 }
 
 Status write_weights(const Request& request, const PostureNetwork& network, const SeenHandModel& hand) {
@@ -168,8 +299,9 @@ Status run(const Request& request) {
       "The robot moves its arm at random and sees, through both eyes, where the mark on its hand is. The "
       "paper's network "
       "(3 inputs, 10 hidden, 5 outputs) learns by on-line back-propagation which angles belong to which "
-      "place, one sample an "
-      "iteration, from half of the samples; the other half tests it. A second model learns where the eyes "
+      "place, an "
+      "iteration is a pass over the learned half of the samples; the other half, babbled with another seed, "
+      "tests it. A second model learns where the eyes "
       "see the hand for a "
       "posture, with the body's known geometry as prior: that one makes the hand arrive.";
   report.command = command_line(request);
@@ -177,37 +309,28 @@ Status run(const Request& request) {
   report.robot = "icub_sim";
   report.world = "empty";
 
+  auto trained = train(request, body->chain, samples->arm);
+  if (!trained) return trained.error();
   std::vector<double> rmse_test;
   std::vector<double> rmse_train;
+  std::vector<double> rmse_pattern;
   std::vector<std::vector<double>> rmse_joint(PostureNetwork::kOutputs);
-  std::optional<PostureNetwork> network;
-  const InterruptFlag interrupt;
-  {
-    ProgressBar progress("training", request.trials);
-    for (int trial = 0; trial < request.trials && !interrupt.raised(); ++trial) {
-      PostureNetwork::TrainingReport training;
-      const learning::OnlineOptions options{request.iterations, request.rate,
-                                            request.seed + static_cast<std::uint64_t>(trial)};
-      auto trained = PostureNetwork::train(body->chain, samples->arm, options, &training);
-      if (!trained) return trained.error();
-      rmse_test.push_back(training.rmse_test);
-      rmse_train.push_back(training.rmse_train);
-      Row row = {{"seed", static_cast<double>(options.seed)},
-                 {"rmse_train", training.rmse_train},
-                 {"rmse_test", training.rmse_test}};
-      for (int joint = 0; joint < PostureNetwork::kOutputs; ++joint) {
-        rmse_joint[static_cast<std::size_t>(joint)].push_back(training.rmse_joint(joint));
-        row.emplace_back(fmt::format("rmse_joint[{}]", joint), training.rmse_joint(joint));
-      }
-      report.trials_detail.push_back(row);
-      if (trial == 0) {
-        network = std::move(*trained);
-        report.plots = network_plots(training);
-      }
-      progress.update(trial + 1);
+  for (const Trained& trial : *trained) {
+    rmse_test.push_back(trial.report.rmse_test);
+    rmse_train.push_back(trial.report.rmse_train);
+    rmse_pattern.push_back(trial.rmse_test_pattern);
+    Row row = {{"seed", static_cast<double>(trial.seed)},
+               {"rmse_train", trial.report.rmse_train},
+               {"rmse_test", trial.report.rmse_test},
+               {"rmse_test.one_pattern_an_iteration", trial.rmse_test_pattern}};
+    for (int joint = 0; joint < PostureNetwork::kOutputs; ++joint) {
+      rmse_joint[static_cast<std::size_t>(joint)].push_back(trial.report.rmse_joint(joint));
+      row.emplace_back(fmt::format("rmse_joint[{}]", joint), trial.report.rmse_joint(joint));
     }
+    report.trials_detail.push_back(row);
   }
-  if (!network) return Error{ErrorCode::kInterrupted, "interrupted before anything was learned"};
+  const std::optional<PostureNetwork>& network = trained->front().network;
+  report.plots = network_plots(trained->front().report);
   SeenHandModel::TrainingReport seen;
   SeenHandModel::TrainingOptions seen_options;
   seen_options.seed = request.seed;
@@ -216,6 +339,7 @@ Status run(const Request& request) {
 
   report.trials = static_cast<long>(rmse_test.size());
   report.add("rmse_test", median_metric(rmse_test, "", kPaperRmse));
+  report.add("rmse_test.one_pattern_an_iteration", median_metric(rmse_pattern, "", kPaperRmse));
   report.add("rmse_train", median_metric(rmse_train, ""));
   for (int joint = 0; joint < PostureNetwork::kOutputs; ++joint) {
     report.add(fmt::format("rmse_joint[{}]", joint),
@@ -246,7 +370,8 @@ Status run(const Request& request) {
 
 int main(int argc, char** argv) {
   nido::reach::Request request;
-  request.trials = 10;
+  request.trials = 2;
+  request.jobs = 2;
   request.out = "out/reach-learning";
   CLI::App app("Motor babbling through the eyes, and what is learned from it.",
                "nido-experiment-reach-learning");
@@ -263,12 +388,12 @@ int main(int argc, char** argv) {
   app.add_option("--side", request.side, "right or left")
       ->check(CLI::IsMember({"right", "left"}))
       ->capture_default_str();
-  app.add_option("--iterations", request.iterations, "patterns presented in training")
+  app.add_option("--iterations", request.iterations, "passes over the learned samples in training")
       ->check(CLI::Range(1L, 1000000000L))
       ->capture_default_str();
   app.add_option("--rate", request.rate, "learning rate")->check(CLI::PositiveNumber)->capture_default_str();
-  app.add_option("--domain", request.domain, "DDS domain of the babbling")
-      ->check(CLI::Range(0, 101))
+  app.add_option("--domain", request.domain, "first DDS domain of the babbling (three are used)")
+      ->check(CLI::Range(0, 99))
       ->capture_default_str();
   if (const auto code = nido::parse_experiment(app, argc, argv)) return *code;
   const auto places = nido::find_places();

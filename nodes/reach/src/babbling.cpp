@@ -6,7 +6,7 @@
 namespace nido::reach {
 namespace {
 
-constexpr double kRest_s = 0.15;  // at every posture, so that some sightings are of a resting hand
+constexpr double kRamp_s = 0.2;  // to full speed and from it
 const Eigen::Vector3d kEyes_Root_m(-0.06, 0.0, 0.34);
 
 }  // namespace
@@ -55,10 +55,24 @@ Joints Babbling::draw_posture() {
 
 void Babbling::start_move(double now_s) {
   for (int tries = 0; tries < 40; ++tries) {
-    path_ = JointPath({*command_, draw_posture()}, options_.speed_rad_s, 0.3);
+    path_ = JointPath({*command_, draw_posture()}, options_.speed_rad_s);
     if (std::ranges::all_of(path_.points(), [&](const Joints& q) { return is_clear_of_body(q); })) break;
   }
   move_begin_s_ = now_s;
+}
+
+double Babbling::move_duration_s() const { return path_.full_speed_s() + kRamp_s; }
+
+// Rest to rest at an even speed but for the ramps: pictures of a slow hand would show the same posture again.
+Joints Babbling::on_way(double t_s) const {
+  const double total_s = path_.full_speed_s();
+  const double ramp_s = std::min(kRamp_s, total_s);  // a short way never gets to full speed
+  const double end_s = total_s + ramp_s;
+  const double t = std::clamp(t_s, 0.0, end_s);
+  double way_s = t - ramp_s / 2.0;
+  if (t < ramp_s) way_s = t * t / (2.0 * ramp_s);
+  if (t > end_s - ramp_s) way_s = total_s - (end_s - t) * (end_s - t) / (2.0 * ramp_s);
+  return path_.along(total_s > 0.0 ? way_s / total_s : 1.0);
 }
 
 std::optional<Joints> Babbling::step(double now_s, const std::optional<Joints>& measured_rad,
@@ -79,8 +93,8 @@ std::optional<Joints> Babbling::step(double now_s, const std::optional<Joints>& 
     command_ = history_.back().second;
     start_move(now_s);
   }
-  if (now_s - move_begin_s_ > path_.duration_s() + kRest_s) start_move(now_s);
-  command_ = path_.at(now_s - move_begin_s_);
+  if (now_s - move_begin_s_ > move_duration_s()) start_move(now_s);
+  command_ = on_way(now_s - move_begin_s_);
   return command_;
 }
 

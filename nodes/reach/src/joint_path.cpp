@@ -55,12 +55,17 @@ JointPath::JointPath(const std::vector<Joints>& knots, const Joints& speed_limit
     for (std::size_t k = i - half; k <= i + half; ++k) sum += straight[k];
     points_[i] = sum / static_cast<double>(2 * half + 1);
   }
+  full_speed_s_ = total;
   duration_s_ = std::max(min_duration_s, kPeakOfMinimumJerk * total);
 }
 
 Joints JointPath::at(double t_s) const {
-  if (points_.size() == 1 || duration_s_ <= 0.0) return points_.back();
-  const double at = minimum_jerk(t_s / duration_s_) * static_cast<double>(points_.size() - 1);
+  return duration_s_ <= 0.0 ? points_.back() : along(minimum_jerk(t_s / duration_s_));
+}
+
+Joints JointPath::along(double share) const {
+  if (points_.size() == 1) return points_.back();
+  const double at = std::clamp(share, 0.0, 1.0) * static_cast<double>(points_.size() - 1);
   const auto before = std::min(static_cast<std::size_t>(at), points_.size() - 2);
   return points_[before] + (at - static_cast<double>(before)) * (points_[before + 1] - points_[before]);
 }

@@ -16,7 +16,7 @@ using namespace nido;         // NOLINT(google-build-using-namespace): a program
 using namespace nido::reach;  // NOLINT(google-build-using-namespace)
 
 constexpr double kStatusPeriod_s = 0.2;
-constexpr double kGazePeriod_s = 0.1;
+constexpr double kGazePeriod_s = 0.03;
 constexpr double kRadPerDeg = static_cast<double>(EIGEN_PI) / 180.0;
 
 msgs::Header header_at(Time now) {
@@ -220,6 +220,8 @@ Status babble(Node& node, const SettingsPaths& paths, const std::string& side) {
   }
   options.samples = *samples;
   options.whole_body = *whole_body;
+  // ten joints want wider steps than five to be gone through in as many samples
+  if (options.whole_body) options.spacing_rad = 0.06;
   auto body = load_body(paths.urdf, side);
   if (!body) return body.error();
   auto ports = open_ports(node, true);

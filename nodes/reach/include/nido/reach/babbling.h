@@ -17,8 +17,10 @@ namespace nido::reach {
 struct BabblingOptions {
   int samples = 5000;       // sightings to gather
   bool whole_body = false;  // false: the paper's five arm joints; true: torso and wrist as well
-  Joints speed_rad_s = Joints::Constant(1.2);
-  double spacing_rad = 0.12;  // a new sample differs so much in some joint from the last one
+  // Brisk, below the arm's 1.75 rad/s: what a sample costs is the time until the next picture shows another
+  // posture.
+  Joints speed_rad_s = Joints::Constant(1.6);
+  double spacing_rad = 0.02;  // a new sample differs so much in some joint from the last one
   // The hand is babbled where the eyes can look (root frame): in front of the body.
   Eigen::Vector3d space_min_Root_m = {-0.48, -0.20, -0.12};
   Eigen::Vector3d space_max_Root_m = {-0.12, 0.45, 0.32};
@@ -44,6 +46,8 @@ class Babbling {
   [[nodiscard]] bool is_useful(const Joints& q) const;
   [[nodiscard]] bool is_clear_of_body(const Joints& q) const;
   void start_move(double now_s);
+  [[nodiscard]] double move_duration_s() const;
+  [[nodiscard]] Joints on_way(double t_s) const;
 
   ArmChain chain_;
   BabblingOptions options_;

@@ -18,6 +18,11 @@ class JointPath {
 
   [[nodiscard]] double duration_s() const { return duration_s_; }
   [[nodiscard]] Joints at(double t_s) const;  // clamped to start and end
+  // The posture after this share of the way, 0..1 (clamped), for another time law: even in time at full
+  // speed.
+  [[nodiscard]] Joints along(double share) const;
+  // How long the way takes with some joint at its speed limit all the time.
+  [[nodiscard]] double full_speed_s() const { return full_speed_s_; }
   [[nodiscard]] const Joints& start() const { return points_.front(); }
   [[nodiscard]] const Joints& end() const { return points_.back(); }
   // Evenly spread postures of the way, for checks of what is in it.
@@ -25,6 +30,7 @@ class JointPath {
 
  private:
   std::vector<Joints> points_;  // evenly spaced in time at full speed
+  double full_speed_s_ = 0.0;
   double duration_s_ = 0.0;
 };
 

@@ -33,13 +33,20 @@ class PostureNetwork {
     Eigen::MatrixXd test_targets;  // normalised, one test sample a column
     Eigen::MatrixXd test_outputs;  // what the network says to it
   };
+  // What the paper's "iteration" is, it does not say.
+  enum class Iteration {
+    kPass,     // every learned pattern once, in a new order
+    kPattern,  // one pattern
+  };
   // Learns from the first half of the samples and tests on the second, as the paper does. `options` hold the
-  // paper's 50 000 iterations and rate 0.05; an iteration is one pattern. Angles are normalised by the
-  // joints' limits.
+  // paper's 50 000 iterations and rate 0.05. Angles are normalised by the joints' limits. `on_point` hears of
+  // every point of the curve; if it says false, passes end there. kFailed when the training diverges (a rate
+  // far too large).
   static Result<PostureNetwork> train(const ArmChain& chain, const std::vector<BabblingSample>& samples,
                                       const learning::OnlineOptions& options,
+                                      Iteration iteration = Iteration::kPass,
                                       TrainingReport* report = nullptr,
-                                      const std::function<void(const learning::CurvePoint&)>& on_point = {});
+                                      const std::function<bool(const learning::CurvePoint&)>& on_point = {});
 
   // Angles for a hand position (root frame), within the joints' limits.
   [[nodiscard]] Posture posture_rad(const Eigen::Vector3d& p_Root_m) const;
