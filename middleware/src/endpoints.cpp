@@ -18,8 +18,11 @@ namespace {
 
 // what a command port keeps for a reader that does not acknowledge, before the sender is told
 constexpr int kCommandRoom = 2000;
-// how many messages of one port may be under way in lockstep: those of two ticks
+// how many messages of one port may be under way in lockstep: those of two ticks, as one reader may still
+// wait for the last tick's when the source works on this one
 constexpr int kLockstepDepth = 16;
+// messages that came while one before them is missing
+constexpr int kReaderDepth = 1024;
 
 template <class Qos>
 void apply(const Quality& quality, Qos& qos) {
@@ -94,8 +97,8 @@ Quality Quality::of(Profile profile, std::size_t depth, bool is_writer, bool loc
   }
   if (lockstep) {
     quality.reliable = true;
-    if (is_writer && !quality.keep_all) {
-      quality.depth = std::max(quality.depth, kLockstepDepth);
+    if (!quality.keep_all) {
+      quality.depth = is_writer ? std::max(2 * quality.depth, kLockstepDepth) : kReaderDepth;
     }
   }
   return quality;
@@ -289,6 +292,11 @@ bool Writer::write(const void* message, const SampleId* related, SampleId* ident
     *identity = params.sample_identity();
   }
   return true;
+}
+
+bool Writer::wait_until_received(double timeout_s) {
+  return writer_->wait_for_acknowledgments(eprosima::fastrtps::Duration_t(timeout_s)) ==
+         ReturnCode_t::RETCODE_OK;
 }
 
 std::set<Guid> Writer::readers() const { return listener_->readers(); }

@@ -80,6 +80,8 @@ class Writer {
   // False when the message could not be kept for every reader. `related`: the request that a reply belongs
   // to. The identity that the message got is stored in *identity.
   bool write(const void* message, const SampleId* related = nullptr, SampleId* identity = nullptr);
+  // Waits until every reader has what was written; false after timeout_s.
+  bool wait_until_received(double timeout_s);
   // Sequence number of the last written message, 0 before the first.
   [[nodiscard]] std::uint64_t written() const { return written_.load(std::memory_order_acquire); }
 

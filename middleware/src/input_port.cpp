@@ -59,6 +59,7 @@ void InputPort::Connection::on_message(std::shared_ptr<void> message, const Mess
     }
     if (stream.last > 0) {
       counters_.lost += info.sequence - stream.last - 1;
+      gap_ += info.sequence - stream.last - 1;
     }
     stream.last = info.sequence;
     ++counters_.received;
@@ -87,6 +88,7 @@ void InputPort::Connection::on_matched(const Guid& writer, bool matched) {
     if (matched) {
       streams_[writer].live = true;
       newest_writer_ = writer;
+      was_interrupted_ |= !known_writers_.insert(writer).second;
     } else {
       streams_.erase(writer);
       if (newest_writer_ == writer) {
@@ -264,6 +266,21 @@ std::vector<std::string> InputPort::new_complaints() {
       }
     }
   }
+  if (!lockstep_) {
+    return complaints;
+  }
+  const std::lock_guard lock(mutex_);
+  for (const auto& [source, connection] : connections_) {
+    if (const std::uint64_t lost = std::exchange(connection->gap_, 0); lost > 0) {
+      complaints.push_back(name_ + " did not get " + std::to_string(lost) + " messages of " + source +
+                           ": this run cannot be repeated");
+    }
+    if (std::exchange(connection->was_interrupted_, false)) {
+      complaints.push_back(name_ + " lost sight of " + source +
+                           " for a while, as when a process is stopped for three seconds: messages may be "
+                           "missing, this run cannot be repeated");
+    }
+  }
   return complaints;
 }
 
@@ -316,13 +333,16 @@ std::string InputPort::missing() const {
   std::string text;
   for (const auto& entry : connections_) {
     if (!has_arrived(*entry.second)) {
-      text += (text.empty() ? "" : ", ") + name_ + " from " + entry.first;
+      const auto stream = entry.second->streams_.find(entry.second->newest_writer_);
+      const std::uint64_t last = stream == entry.second->streams_.end() ? 0 : stream->second.last;
+      text += (text.empty() ? "" : ", ") + name_ + " has message " + std::to_string(last) + " of " +
+              std::to_string(entry.second->target_.value_or(0)) + " from " + entry.first;
     }
   }
   return text;
 }
 
-void InputPort::release() {
+void InputPort::release(bool is_first) {
   const std::lock_guard lock(mutex_);
   for (auto& entry : connections_) {
     Connection& connection = *entry.second;
@@ -333,12 +353,14 @@ void InputPort::release() {
       (is_bound && item.received.sequence > *connection.target_ ? later : due).push_back(std::move(item));
     }
     connection.held_ = std::move(later);
-    // Before the first tick of a writer, whether a message still reaches this port is a matter of chance:
-    // only the last one of a state port is sure, so only that one is handed out.
+    // Until a writer knows of this port, whether a message reaches it is a matter of chance: only the last
+    // one of a state port is sure, so only that one is handed out. A writer of which a message came knows.
     const auto stream = connection.streams_.find(connection.newest_writer_);
     if (connection.target_ && stream != connection.streams_.end() && stream->second.live &&
         !stream->second.floor) {
-      stream->second.floor = *connection.target_;
+      if (is_first || stream->second.last > 0) {
+        stream->second.floor = *connection.target_;
+      }
       if (profile_ != Profile::kState) {
         due.clear();
       } else if (!due.empty()) {

@@ -41,7 +41,7 @@ class InputPort final : public RawInput, public InputRecord {
   void aim(const Sequences& written) override;
   [[nodiscard]] bool arrived() const override;
   [[nodiscard]] std::string missing() const override;
-  void release() override;
+  void release(bool is_first) override;
 
  private:
   struct Item {
@@ -52,8 +52,8 @@ class InputPort final : public RawInput, public InputRecord {
   struct Stream {
     std::uint64_t last = 0;
     bool live = false;
-    // lockstep: the number of its last message at the first tick with this writer; what it wrote before may
-    // never come
+    // lockstep: what was written up to here may never come, what comes later is waited for: the writer knows
+    // of us
     std::optional<std::uint64_t> floor;
   };
   class Connection final : public ReaderEvents {
@@ -68,6 +68,9 @@ class InputPort final : public RawInput, public InputRecord {
     InputPort& port_;
     ConnectionCounters counters_;
     std::map<Guid, Stream> streams_;
+    std::set<Guid> known_writers_;
+    std::uint64_t gap_ = 0;                // lockstep: lost on the way, not told yet
+    bool was_interrupted_ = false;         // lockstep: a writer was lost sight of and came back, not told yet
     Guid newest_writer_;                   // of those that are live, the one that appeared last
     std::deque<Item> held_;                // lockstep: not released yet, in order of arrival
     std::optional<std::uint64_t> target_;  // lockstep: may be taken up to here in this tick

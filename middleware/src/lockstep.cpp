@@ -5,7 +5,9 @@
 #include <limits>
 
 #include "name_lock.h"
+#include "nido/middleware/port_name.h"
 #include "nido/middleware/typed_port.h"
+#include "output_port.h"
 
 namespace nido {
 
@@ -15,9 +17,12 @@ constexpr const char* kTickTopic = "rt/nido/tick";
 constexpr const char* kDoneTopic = "rt/nido/tick_done";
 constexpr std::uint64_t kLeaves = std::numeric_limits<std::uint64_t>::max();
 
-// The protocol sends again what was lost on the way, so this long means a fault: the run goes on, but is not
-// repeatable.
-constexpr double kPatience_s = 10.0;
+// The protocol sends again what was lost on the way, so this long means a fault.
+constexpr double kMessagePatience_s = 30.0;
+// that readers outside the lockstep are waited for before the first tick
+constexpr double kOutsiderPatience_s = 3.0;
+// that is said when the end of a tick is waited for
+constexpr double kFirstReport_s = 2.0;
 
 using Steady = std::chrono::steady_clock;
 
@@ -78,27 +83,39 @@ void unpack_into(std::vector<msgs::PortSequence>& packed, Sequences& sequences) 
 
 }  // namespace
 
-bool collect_inputs(const LockstepContext& context, const Sequences& written) {
+Status wait_for_inputs(const LockstepContext& context, const Sequences& written) {
   context.book->each_input([&](InputRecord& port) { port.aim(written); });
   const auto arrived = [&] {
     bool all = true;
     context.book->each_input([&](InputRecord& port) { all = all && port.arrived(); });
     return all || context.is_stopped();
   };
-  if (!context.book->arrivals()->wait(arrived, kPatience_s)) {
+  const bool all = context.book->arrivals()->wait(arrived, kMessagePatience_s);
+  if (context.is_stopped()) {
+    return Error{ErrorCode::kInterrupted, "node " + context.node + " was asked to stop"};
+  }
+  if (!all) {
     std::string missing;
     context.book->each_input([&](InputRecord& port) {
       const std::string text = port.missing();
       missing += (missing.empty() || text.empty() ? "" : ", ") + text;
     });
-    context.warning("went on without messages that did not arrive within 10 s: " + missing);
+    return Error{ErrorCode::kTimeout, "the lockstep waits for messages that do not arrive: " + missing};
   }
-  if (context.is_stopped()) {
-    return false;
-  }
-  context.book->each_input([](InputRecord& port) { port.release(); });
-  return true;
+  return {};
 }
+
+namespace {
+
+void release_inputs(const LockstepContext& context, bool is_first) {
+  context.book->each_input([&](InputRecord& port) { port.release(is_first); });
+}
+
+void begin_tick(const LockstepContext& context) {
+  context.book->each_output([](OutputRecord& port) { port.begin_tick(); });
+}
+
+}  // namespace
 
 Result<std::unique_ptr<LockstepMember>> LockstepMember::open(LockstepContext context) {
   std::unique_ptr<LockstepMember> self(new LockstepMember(std::move(context)));
@@ -120,12 +137,17 @@ Result<std::unique_ptr<LockstepMember>> LockstepMember::open(LockstepContext con
 LockstepMember::~LockstepMember() {
   if (!joined_with_.empty() || last_tick_ > 0) {
     send(kLeaves, {});
+    // the message goes another way than the news that this process has ended, and may not be overtaken
+    done_writer_->wait_until_received(0.2);
   }
 }
 
-void LockstepMember::on_message(std::shared_ptr<void> message, const MessageInfo& /*info*/) {
+void LockstepMember::on_message(std::shared_ptr<void> message, const MessageInfo& info) {
   {
     const std::lock_guard lock(mutex_);
+    if (!is_new_(info)) {
+      return;
+    }
     ticks_.push_back(std::move(message));
     // an owner that counts this member waits for it; one that does not is only interesting for its newest
     // tick
@@ -183,7 +205,10 @@ std::optional<LockstepMember::TickStart> LockstepMember::next() {
                    Time{std::int64_t{tick.time().sec()} * 1'000'000'000 + tick.time().nanosec()}};
 }
 
+void LockstepMember::hand_out() { release_inputs(context_, last_tick_ == 1); }
+
 void LockstepMember::finish(std::uint64_t tick) {
+  begin_tick(context_);
   // only what is new
   Sequences outputs = outputs_of(*context_.book);
   Sequences fresh;
@@ -198,8 +223,9 @@ void LockstepMember::finish(std::uint64_t tick) {
 }
 
 Result<std::unique_ptr<LockstepOwner>> LockstepOwner::open(LockstepContext context,
-                                                           std::vector<std::string> expected) {
-  std::unique_ptr<LockstepOwner> self(new LockstepOwner(std::move(context), std::move(expected)));
+                                                           std::vector<std::string> expected,
+                                                           double patience_s) {
+  std::unique_ptr<LockstepOwner> self(new LockstepOwner(std::move(context), std::move(expected), patience_s));
   auto writer = Writer::open(self->context_.participant, kTickTopic, message_type_of<msgs::Tick>(),
                              barrier_quality(1), "");
   if (!writer) {
@@ -217,11 +243,14 @@ Result<std::unique_ptr<LockstepOwner>> LockstepOwner::open(LockstepContext conte
 
 LockstepOwner::~LockstepOwner() { done_reader_.reset(); }
 
-void LockstepOwner::on_message(std::shared_ptr<void> message, const MessageInfo& /*info*/) {
+void LockstepOwner::on_message(std::shared_ptr<void> message, const MessageInfo& info) {
   bool tell = true;
   {
     auto& done = *static_cast<msgs::TickDone*>(message.get());
     const std::lock_guard lock(mutex_);
+    if (!is_new_(info)) {
+      return;
+    }
     if (done.tick() == kLeaves) {
       members_.erase(done.node());
     } else {
@@ -255,19 +284,22 @@ void LockstepOwner::on_message(std::shared_ptr<void> message, const MessageInfo&
   }
 }
 
-std::string LockstepOwner::obstacle() {
+LockstepOwner::Obstacle LockstepOwner::obstacle() {
   const Sequences own = join_of(*context_.book);
+  const auto endpoints = context_.participant->endpoints();
+  Obstacle obstacle;
+  const auto add = [](std::string& text, const std::string& part) {
+    text += (text.empty() ? "" : "; ") + part;
+  };
   const std::lock_guard lock(mutex_);
-  std::string text;
-  const auto add = [&](const std::string& part) { text += (text.empty() ? "" : "; ") + part; };
   for (const std::string& name : expected_) {
     if (!members_.contains(name)) {
-      add("node " + name + " is not there");
+      add(obstacle.absent, "node " + name + " is not there");
     }
   }
   // both ends of every connection between members must know each other
   std::set<std::string> known;
-  std::set<std::string> outputs;
+  std::map<std::string, std::string> outputs;  // by topic
   std::map<std::string, std::uint64_t> wanted;
   const auto note = [&](const Sequences& join) {
     for (const auto& [entry, value] : join) {
@@ -275,8 +307,8 @@ std::string LockstepOwner::obstacle() {
         wanted[entry] = value;
       } else if (entry.find('>') != std::string::npos) {
         known.insert(entry);
-      } else {
-        outputs.insert(entry);
+      } else if (!entry.empty()) {
+        outputs[topic_of(entry)] = entry;
       }
     }
   };
@@ -284,29 +316,79 @@ std::string LockstepOwner::obstacle() {
   for (const auto& [name, member] : members_) {
     note(member.join);
   }
+  std::set<std::string> inside;  // inputs
   for (const auto& [entry, live] : wanted) {
     const auto split = entry.find('<');
     const Wire wire{entry.substr(split + 1), entry.substr(0, split), live != 0};
-    if (outputs.contains(wire.output) && (!wire.live || !known.contains(reader_entry(wire)))) {
-      add(wire.input + " is not connected to " + wire.output + " yet");
+    inside.insert(wire.input);
+    if (outputs.contains(topic_of(wire.output)) && (!wire.live || !known.contains(reader_entry(wire)))) {
+      add(obstacle.unconnected, wire.input + " is not connected to " + wire.output + " yet");
     }
   }
-  return text;
+  // those outside are seen by discovery only
+  for (const EndpointInfo& reader : endpoints) {
+    const auto output = outputs.find(reader.topic);
+    if (reader.is_writer || reader.port.empty() || output == outputs.end() || inside.contains(reader.port) ||
+        known.contains(reader_entry({output->second, reader.port, true}))) {
+      continue;
+    }
+    const bool fits = std::any_of(endpoints.begin(), endpoints.end(), [&](const EndpointInfo& writer) {
+      return writer.is_writer && writer.topic == reader.topic && misfit(writer, reader).empty();
+    });
+    if (fits) {
+      add(obstacle.unseen, output->second + " does not know of " + reader.port + " yet");
+    }
+  }
+  return obstacle;
 }
 
-bool LockstepOwner::wait_for_members() {
-  double patience_s = 2.0;
+Status LockstepOwner::wait_for_members() {
+  const auto seconds_since = [](Steady::time_point begin) {
+    return std::chrono::duration<double>(Steady::now() - begin).count();
+  };
+  const Error stopped{ErrorCode::kInterrupted, "node " + context_.node + " was asked to stop"};
+  double report_s = kFirstReport_s;
+  Obstacle left;
+  bool all_there = false;
+  bool all_connected = false;
+  Steady::time_point there_since;
+  Steady::time_point connected_since;
   for (;;) {
-    std::string reason;
-    const auto ready = [&] {
-      reason = obstacle();
-      return reason.empty() || context_.is_stopped();
+    const auto is_ready = [&] {
+      left = obstacle();
+      return (left.absent.empty() && left.unconnected.empty() && left.unseen.empty()) ||
+             context_.is_stopped();
     };
-    if (context_.book->arrivals()->wait(ready, patience_s)) {
-      return !context_.is_stopped();
+    const bool ready = context_.book->arrivals()->wait(is_ready, all_connected ? 0.1 : report_s);
+    if (context_.is_stopped()) {
+      return stopped;
+    }
+    if (ready) {
+      return {};
+    }
+    if (left.absent.empty() && !all_there) {
+      all_there = true;
+      there_since = Steady::now();
+    }
+    if (left.absent.empty() && left.unconnected.empty()) {
+      if (!all_connected) {
+        all_connected = true;
+        connected_since = Steady::now();
+      }
+      if (seconds_since(connected_since) > kOutsiderPatience_s) {
+        context_.info("starts although " + left.unseen);
+        return {};
+      }
+      continue;
+    }
+    all_connected = false;
+    const std::string reason =
+        left.absent + (left.absent.empty() || left.unconnected.empty() ? "" : "; ") + left.unconnected;
+    if (all_there && patience_s_ > 0 && seconds_since(there_since) > patience_s_) {
+      return Error{ErrorCode::kTimeout, "the first tick of the lockstep was waited for too long: " + reason};
     }
     context_.info("waits with the first tick: " + reason);
-    patience_s = 5.0;
+    report_s = 5.0;
   }
 }
 
@@ -329,11 +411,14 @@ void LockstepOwner::drop_dead(std::uint64_t tick) {
   }
 }
 
-bool LockstepOwner::tick(Time now) {
-  if (tick_ == 0 && !wait_for_members()) {
-    return false;
+Status LockstepOwner::tick(Time now) {
+  if (tick_ == 0) {
+    if (auto status = wait_for_members(); !status) {
+      return status;
+    }
   }
   ++tick_;
+  begin_tick(context_);
   const Sequences own = outputs_of(*context_.book);
   msgs::Tick message;
   message.tick(tick_);
@@ -363,7 +448,7 @@ bool LockstepOwner::tick(Time now) {
   tick_writer_->write(&message);
 
   const auto begin = Steady::now();
-  double next_report_s = 2.0;
+  double next_report_s = kFirstReport_s;
   std::string waiting_for;
   const auto all_done = [&] {
     const std::lock_guard lock(mutex_);
@@ -378,19 +463,30 @@ bool LockstepOwner::tick(Time now) {
   while (!context_.book->arrivals()->wait(all_done, 0.25)) {
     drop_dead(tick_);
     const double waited_s = std::chrono::duration<double>(Steady::now() - begin).count();
+    if (patience_s_ > 0 && waited_s > patience_s_ && !all_done()) {
+      return Error{ErrorCode::kTimeout, "the lockstep waited " + std::to_string(static_cast<int>(waited_s)) +
+                                            " s for node " + waiting_for +
+                                            ", which lives but has not finished tick " +
+                                            std::to_string(tick_) + " (" + std::to_string(now.seconds()) +
+                                            " s); parameter lockstep.patience_s is the limit"};
+    }
     if (waited_s > next_report_s) {
       context_.info("waits since " + std::to_string(static_cast<int>(waited_s)) + " s for " + waiting_for);
       next_report_s *= 2;
     }
   }
   if (context_.is_stopped()) {
-    return false;
+    return Error{ErrorCode::kInterrupted, "node " + context_.node + " was asked to stop"};
   }
   {
     const std::lock_guard lock(mutex_);
     all = written_;
   }
-  return collect_inputs(context_, all);
+  if (auto status = wait_for_inputs(context_, all); !status) {
+    return status;
+  }
+  release_inputs(context_, tick_ == 1);
+  return {};
 }
 
 }  // namespace nido

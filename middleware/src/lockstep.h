@@ -31,9 +31,21 @@ struct LockstepContext {
   std::function<void(const std::string&)> warning;
 };
 
-// Waits until everything aimed at has arrived at the inputs, then hands it out. After 2 s of waiting for a
-// message of a living source it gives up on it, with a warning. False when stopped.
-bool collect_inputs(const LockstepContext& context, const Sequences& written);
+// Messages of DDS come again when the two ends lose sight of each other for a while; each counts once.
+class FirstTime {
+ public:
+  bool operator()(const MessageInfo& info) {
+    std::uint64_t& last = last_[info.writer];
+    return info.sequence > last && (last = info.sequence) > 0;
+  }
+
+ private:
+  std::map<Guid, std::uint64_t> last_;
+};
+
+// Waits until everything that has been written is at the inputs. kTimeout when a message of a living source
+// does not come; kInterrupted when stopped.
+Status wait_for_inputs(const LockstepContext& context, const Sequences& written);
 
 class LockstepMember final : private ReaderEvents {
  public:
@@ -46,8 +58,11 @@ class LockstepMember final : private ReaderEvents {
   };
   // Waits for the next tick, joining first if that is not done; nothing when stopped.
   std::optional<TickStart> next();
-  // Waits for the inputs of the tick: before work, not needed by ticks without work. False when stopped.
-  bool prepare() { return collect_inputs(context_, written_); }
+  // Waits for the inputs of the tick. At every tick, also one without work: so no more messages are ever
+  // under way than those of one tick, and the writers keep that many.
+  Status prepare() { return wait_for_inputs(context_, written_); }
+  // Before work: they can be taken.
+  void hand_out();
   void finish(std::uint64_t tick);
 
  private:
@@ -63,6 +78,7 @@ class LockstepMember final : private ReaderEvents {
   Sequences written_;      // everybody's outputs, as the owner says
   std::uint64_t last_tick_ = 0;
   std::mutex mutex_;
+  FirstTime is_new_;
   std::vector<std::shared_ptr<void>> ticks_;  // not yet worked on
   std::unique_ptr<Reader> tick_reader_;
 };
@@ -70,11 +86,12 @@ class LockstepMember final : private ReaderEvents {
 class LockstepOwner final : private ReaderEvents {
  public:
   static Result<std::unique_ptr<LockstepOwner>> open(LockstepContext context,
-                                                     std::vector<std::string> expected);
+                                                     std::vector<std::string> expected, double patience_s);
   ~LockstepOwner() override;
-  // One tick: returns when every member has done it and the owner's own inputs have what they wrote; false
-  // when stopped. The first call waits for the expected members.
-  bool tick(Time now);
+  // One tick: returns when every member has done it and the owner's own inputs have what they wrote. The
+  // first call waits for the expected members. kTimeout, with the name of who is waited for, after patience_s
+  // of wall time (0: no limit); kInterrupted when stopped.
+  Status tick(Time now);
 
  private:
   struct Member {
@@ -82,22 +99,29 @@ class LockstepOwner final : private ReaderEvents {
     std::uint64_t done = 0;  // last tick done
     Sequences join;          // what it said when it joined
   };
-  explicit LockstepOwner(LockstepContext context, std::vector<std::string> expected)
-      : context_(std::move(context)), expected_(std::move(expected)) {}
+  LockstepOwner(LockstepContext context, std::vector<std::string> expected, double patience_s)
+      : context_(std::move(context)), expected_(std::move(expected)), patience_s_(patience_s) {}
   void on_message(std::shared_ptr<void> message, const MessageInfo& info) override;
-  bool wait_for_members();
   // What keeps the run from starting, for people; empty if nothing.
-  std::string obstacle();
+  struct Obstacle {
+    std::string absent;       // members that are not there
+    std::string unconnected;  // between members
+    std::string unseen;       // readers outside the lockstep that would miss the first messages
+  };
+  Obstacle obstacle();
+  Status wait_for_members();
   void drop_dead(std::uint64_t tick);
 
   LockstepContext context_;
   const std::vector<std::string> expected_;
+  const double patience_s_;
   std::unique_ptr<Writer> tick_writer_;
   std::uint64_t tick_ = 0;
   Sequences told_;  // what members know already
 
   std::mutex mutex_;
   std::map<std::string, Member> members_;
+  FirstTime is_new_;
   Sequences written_;
   bool has_newcomer_ = false;
   std::unique_ptr<Reader> done_reader_;

@@ -2,6 +2,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <sstream>
 
@@ -277,7 +278,36 @@ void NodeImpl::log(NodeLog::Level level, const std::string& text) {
   book_->changes()->notify();
 }
 
+// A misspelt parameter would be a silent default: what was given and never asked for is refused. A node that
+// reads options().parameters by itself has asked for none, and checks them itself.
+Status NodeImpl::check_parameters() {
+  const std::lock_guard lock(mutex_);
+  if (parameters_.empty()) return {};
+  const auto is_known = [this](const std::string& key) {
+    return std::ranges::any_of(parameters_, [&key](const auto& asked) {
+      return key == asked.first || key.starts_with(asked.first + ".");
+    });
+  };
+  std::vector<std::pair<std::string, YAML::Node>> open = {{"", options_.parameters}};
+  while (!open.empty()) {
+    const auto [path, value] = open.back();
+    open.pop_back();
+    if (value.IsMap()) {
+      for (const auto& entry : value) {
+        open.emplace_back((path.empty() ? "" : path + ".") + entry.first.as<std::string>(), entry.second);
+      }
+    } else if (!path.empty() && !is_known(path)) {
+      std::string known;
+      for (const auto& asked : parameters_) known += (known.empty() ? "" : ", ") + asked.first;
+      return Error{ErrorCode::kInvalidArgument, "node " + options_.name + " has no parameter " + path +
+                                                    " (as it runs here); it has " + known};
+    }
+  }
+  return {};
+}
+
 Status NodeImpl::run(const std::function<Status(Time)>& on_tick) {
+  if (auto status = check_parameters(); !status) return status;
   switch (options_.clock) {
     case ClockMode::kWall:
       return run_on_wall(on_tick);
@@ -348,11 +378,12 @@ Status NodeImpl::run_in_lockstep(const std::function<Status(Time)>& on_tick) {
   }
   Rhythm rhythm(period_ns(options_));
   while (const auto start = (*member)->next()) {
+    if (auto status = (*member)->prepare(); !status) {
+      return is_stopped() ? Status() : status;
+    }
     if (rhythm.is_due(start->time)) {
       clock_ns_.store(start->time.ns);
-      if (!(*member)->prepare()) {
-        return {};
-      }
+      (*member)->hand_out();
       if (auto status = on_tick(start->time); !status) {
         return status;
       }
@@ -362,7 +393,7 @@ Status NodeImpl::run_in_lockstep(const std::function<Status(Time)>& on_tick) {
   // what came after the last tick can be taken, too
   book_->each_input([](InputRecord& port) {
     port.aim({});
-    port.release();
+    port.release(false);
   });
   return {};
 }
@@ -390,7 +421,12 @@ Status NodeImpl::publish_clock(Time time) {
       if (!nodes) {
         return nodes.error();
       }
-      auto owner = LockstepOwner::open(lockstep_context(), *nodes);
+      // wall time; 0: no limit, for work with a debugger
+      const auto patience_s = parameter<double>("lockstep.patience_s", 60.0);
+      if (!patience_s) {
+        return patience_s.error();
+      }
+      auto owner = LockstepOwner::open(lockstep_context(), *nodes, *patience_s);
       if (!owner) {
         return owner.error();
       }
@@ -403,8 +439,10 @@ Status NodeImpl::publish_clock(Time time) {
   clock.clock(to_message(time));
   // one that does not get through is made up for by the next
   (void)clock_port_->write(&clock);
-  if (lockstep_owner_ && !lockstep_owner_->tick(time)) {
-    return interrupted();
+  if (lockstep_owner_) {
+    if (auto status = lockstep_owner_->tick(time); !status) {
+      return status;
+    }
   }
   return is_stopped() ? Status(interrupted()) : Status();
 }

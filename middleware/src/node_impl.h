@@ -65,6 +65,7 @@ class NodeImpl final : public Node {
   [[nodiscard]] LockstepContext lockstep_context();
   [[nodiscard]] Error interrupted() const;
 
+  Status check_parameters();
   Status run_on_wall(const std::function<Status(Time)>& on_tick);
   Status run_on_clock(const std::function<Status(Time)>& on_tick);
   Status run_in_lockstep(const std::function<Status(Time)>& on_tick);

@@ -49,8 +49,11 @@ Result<std::unique_ptr<RawOutput>> OutputPort::open(std::shared_ptr<Participant>
     return lock.error();
   }
   self->lock_ = std::move(lock).value();
-  auto writer = Writer::open(self->participant_, topic_of(name), type,
-                             Quality::of(profile, depth, true, lockstep), name);
+  const Quality quality = Quality::of(profile, depth, true, lockstep);
+  if (lockstep && !quality.keep_all) {
+    self->room_ = static_cast<std::uint64_t>(quality.depth) / 2;
+  }
+  auto writer = Writer::open(self->participant_, topic_of(name), type, quality, name);
   if (!writer) {
     return writer.error();
   }
@@ -68,7 +71,16 @@ OutputPort::~OutputPort() {
   }
 }
 
+void OutputPort::begin_tick() { tick_began_at_.store(writer_->written()); }
+
 Status OutputPort::write(const void* message) {
+  const std::uint64_t began_at = tick_began_at_.load();
+  if (room_ && began_at != kNever && writer_->written() - began_at >= *room_) {
+    return Error{ErrorCode::kFailed,
+                 "port " + name_ + " has written " + std::to_string(*room_) +
+                     " messages in one tick of the lockstep, and no more are kept for its "
+                     "readers: open it with profile event and a larger depth"};
+  }
   if (writer_->write(message)) {
     return {};
   }

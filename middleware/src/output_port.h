@@ -1,6 +1,10 @@
 #pragma once
 
+#include <atomic>
+#include <cstdint>
+#include <limits>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "endpoints.h"
@@ -28,6 +32,7 @@ class OutputPort final : public RawOutput, public OutputRecord {
   void drain_name_lock() override { lock_->drain(); }
   [[nodiscard]] std::uint64_t written() const override { return writer_->written(); }
   [[nodiscard]] std::vector<Wire> wires() const override;
+  void begin_tick() override;
 
  private:
   OutputPort() = default;
@@ -38,6 +43,10 @@ class OutputPort final : public RawOutput, public OutputRecord {
   std::shared_ptr<PortBook> book_;
   std::unique_ptr<NameLock> lock_;
   std::unique_ptr<Writer> writer_;
+  std::optional<std::uint64_t> room_;  // lockstep: messages of one tick that are surely kept for every reader
+  std::atomic<std::uint64_t> tick_began_at_{kNever};
+
+  static constexpr std::uint64_t kNever = std::numeric_limits<std::uint64_t>::max();
 };
 
 // Why an output and an input of two descriptions cannot be connected; empty if they can.

@@ -40,6 +40,9 @@ class OutputRecord : public PortRecord {
   [[nodiscard]] virtual const std::string& name() const = 0;
   [[nodiscard]] virtual std::uint64_t written() const = 0;
   [[nodiscard]] virtual std::vector<Wire> wires() const = 0;
+  // Lockstep: what is written from here on belongs to the next tick. What was written before is with all
+  // readers.
+  virtual void begin_tick() = 0;
 };
 
 class InputRecord : public PortRecord {
@@ -52,8 +55,9 @@ class InputRecord : public PortRecord {
   [[nodiscard]] virtual bool arrived() const = 0;
   // ... what is still missing, for people, ...
   [[nodiscard]] virtual std::string missing() const = 0;
-  // ... and they, and no later ones, can be taken.
-  virtual void release() = 0;
+  // ... and they, and no later ones, can be taken. `is_first`: the first tick of all, before which both ends
+  // of every connection knew each other.
+  virtual void release(bool is_first) = 0;
 };
 
 // The ports of a process. Ports enter and leave by themselves; they may outlive the node. Thread-safe.

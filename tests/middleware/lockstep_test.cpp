@@ -121,6 +121,38 @@ TEST(Lockstep, TheFirstTickWaitsForEveryExpectedNodeAndSaysForWhom) {
   EXPECT_TRUE(late.line_with("HASH ").ends_with(" 20"));
 }
 
+TEST(Lockstep, AMemberThatHangsEndsTheRunWithItsName) {
+  ChildProcess owner(NIDO_TEST_PEER,
+                     lockstep_arguments("owner", {"--set", "lockstep.nodes=[sleeper]", "--set",
+                                                  "ticks=1000000", "--set", "lockstep.patience_s=1"}));
+  ChildProcess sleeper(NIDO_TEST_PEER, lockstep_arguments("member", {"--name", "sleeper"}));
+  ASSERT_EQ(owner.line_with("TICKING"), "");
+  sleeper.signal(SIGSTOP);
+  const int status = owner.wait_for_end();
+  ASSERT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 3);
+  EXPECT_NE(owner.seen().find("for node sleeper, which lives but has not finished tick"), std::string::npos)
+      << owner.seen();
+}
+
+TEST(Lockstep, MoreMessagesInATickThanAreKeptAreRefused) {
+  NodeOptions options = options_of("owner");
+  options.clock = ClockMode::kLockstep;
+  auto node = make_node(options);
+  auto event = make_output<msgs::String>(*node, "/owner/event:o", Profile::kEvent, 20);
+  for (int tick = 1; tick <= 3; ++tick) {
+    ASSERT_TRUE(node->publish_clock(Time{tick * 10'000'000LL}).ok());
+    for (int i = 0; i < 20; ++i) {
+      ASSERT_TRUE(event->write(text("message")).ok()) << tick << " " << i;
+    }
+    const Status refused = event->write(text("one too many"));
+    ASSERT_FALSE(refused.ok());
+    EXPECT_NE(refused.error().message.find("/owner/event:o has written 20 messages in one tick"),
+              std::string::npos)
+        << refused.error().message;
+  }
+}
+
 TEST(Lockstep, ImagesArriveInTheirTickAndOnesBeforeTheFirstTickAreNotWaitedFor) {
   std::vector<std::string> hashes;
   for (int run = 0; run < 2; ++run) {
