@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <stdexcept>
 
 #include "nido/grasp/settings.h"
@@ -11,6 +12,7 @@ namespace nido::grasp {
 
 namespace {
 
+constexpr double kTable_m = -0.0826;
 constexpr double kUp_m = 0.04;
 constexpr double kLift_m = 0.12;
 constexpr double kReleaseHeight_m = 0.10;  // over the rim, as goal selection has it
@@ -33,16 +35,19 @@ T required(Result<T> result) {
 GraspLab::GraspLab(const LabThing& thing, GraspCore::Policy policy) : thing_(thing) {
   sim::SimulationOptions options;
   options.urdf_path = config("robots/icub.urdf");
+  const bool made = thing.line.starts_with("mk ");
   options.world_yaml = fmt::format(
-      "table: {{top_center_m: [-0.40, 0.0, -0.0826], size_m: [0.40, 0.70]}}\n"
+      "table: {{top_center_m: [-0.40, 0.0, {}], size_m: [0.40, 0.70]}}\n"
       "posture_deg:\n"
       "  left_arm: [0, 80, 5, 65, 0, 0, 0, 59, 20, 20, 20, 10, 10, 10, 10, 10]\n"
       "  right_arm: [0, 80, 5, 65, 0, 0, 0, 59, 20, 20, 20, 10, 10, 10, 10, 10]\n"
-      "objects:\n  - {{{}, name: {}, position_m: [{}, {}], yaw_deg: {}}}\n"
-      "  - {{object: basket, name: basket, position_m: [{}, {}]}}\n",
-      thing.line, thing.name, thing.place_m.x(), thing.place_m.y(), thing.yaw_deg, kBasket_m.x(),
-      kBasket_m.y());
+      "objects:\n  - {{object: basket, name: basket, position_m: [{}, {}]}}\n",
+      kTable_m, kBasket_m.x(), kBasket_m.y());
+  if (!made)
+    options.world_yaml += fmt::format("  - {{{}, name: {}, position_m: [{}, {}], yaw_deg: {}}}\n", thing.line,
+                                      thing.name, thing.place_m.x(), thing.place_m.y(), thing.yaw_deg);
   simulation_ = required(sim::Simulation::create(options));
+  if (made) make_thing();
   arm_ = simulation_->part_index("right_arm");
   torso_ = simulation_->part_index("torso");
   const reach::SettingsPaths paths{config("robots/icub.urdf"), config("robots/grasp_postures.yaml"),
@@ -52,6 +57,21 @@ GraspLab::GraspLab(const LabThing& thing, GraspCore::Policy policy) : thing_(thi
   grasp_ = std::make_unique<GraspCore>(required(load_grasp_options(paths.urdf, paths.postures, "right")),
                                        std::move(policy));
   for (int i = 0; i < 30; ++i) tick();
+}
+
+void GraspLab::make_thing() {
+  // the world port's frame: x to the left, y up, z forward, origin on the floor
+  const Eigen::Vector3d p(-thing_.place_m.y(), kTable_m + 0.5976 + 0.1, -thing_.place_m.x() - 0.026);
+  const auto tell = [&](const std::string& line) {
+    const std::string answer = simulation_->world("world " + line);
+    if (answer.starts_with("[fail]")) throw std::runtime_error(answer + " to " + line);
+  };
+  tell(fmt::format("{} {} {} {} 0 0 1", thing_.line, p.x(), p.y(), p.z()));
+  const std::string kind = thing_.line.substr(3, 3);
+  tell(fmt::format("name {} 1 \"{}\"", kind, thing_.name));
+  const sim::ObjectState o = required(simulation_->object(thing_.name));
+  tell(fmt::format("rot \"{}\" -90 0 {}", thing_.name, thing_.yaw_deg));
+  tell(fmt::format("set \"{}\" {} {} {}", thing_.name, p.x(), kTable_m + 0.5976 + o.size_m.z() / 2, p.z()));
 }
 
 Eigen::Vector3d GraspLab::p_Root_m() const {

@@ -12,7 +12,8 @@ namespace nido::grasp {
 
 // A thing to take and how wrong its place is believed to be.
 struct LabThing {
-  std::string line;  // of the world file, without name and place: "object: cube"
+  std::string line;  // of the world file, without name and place: "object: cube"; or of the world port, "mk
+                     // box 0.04 0.04 0.04"
   std::string name = "blue cube";
   Eigen::Vector2d place_m{-0.30, 0.06};
   double yaw_deg = 0;
@@ -45,12 +46,16 @@ class GraspLab {
   // Middle of the thing's box in the root frame, and in the palm's.
   [[nodiscard]] Eigen::Vector3d p_Root_m() const;
   [[nodiscard]] Eigen::Vector3d p_Palm_m() const;
+  // Has grasp failed, by its own word?
+  [[nodiscard]] const GraspStatus& grasp_status() const { return grasp_status_; }
 
   // Asks one process or both, and runs until all asked are done; "" or what the first that failed said.
   std::string ask(const std::string& reach, const Eigen::Vector3d& p_Root_m, const std::string& grasp);
   void tick();
 
  private:
+  void make_thing();
+
   LabThing thing_;
   std::unique_ptr<sim::Simulation> simulation_;
   std::unique_ptr<reach::ReachCore> reach_;

@@ -1,77 +1,21 @@
 // nido-grasp-trials: the experimenter of the grasping experiment (docs/grasp.md).
 #include <fmt/format.h>
 
-#include <cmath>
 #include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <sstream>
 
 #include "nido/middleware/node.h"
 #include "nido/middleware/stamp.h"
 #include "nido/middleware/typed_port.h"
 #include "nido/msgs/types.h"
 #include "trials_core.h"
+#include "world_port.h"
 
 namespace {
 
 using namespace nido;         // NOLINT(google-build-using-namespace): a program's own file
 using namespace nido::grasp;  // NOLINT(google-build-using-namespace)
-
-constexpr double kCallTimeout_s = 5.0;
-
-// root frame to the world port's frame (X left, Y up, Z forward, origin on the floor under the robot)
-Eigen::Vector3d world_of_root(const Eigen::Vector3d& p_Root_m) {
-  return {-p_Root_m.y(), p_Root_m.z() + 0.5976, -p_Root_m.x() - 0.026};
-}
-
-Result<std::string> ask(Node& node, const std::string& line) {
-  auto answer = node.call("/icubSim/world", line, kCallTimeout_s);
-  if (answer && answer->rfind("[fail]", 0) == 0) {
-    return Error{ErrorCode::kFailed, "the world answered " + *answer + " to: " + line};
-  }
-  return answer;
-}
-
-// Height of an object's middle, root frame.
-Result<double> object_height_m(Node& node, const std::string& object) {
-  auto answer = ask(node, "world where \"" + object + "\"");
-  if (!answer) return answer.error();
-  std::istringstream in(*answer);
-  double x = 0;
-  double y = 0;
-  double z = 0;
-  if (!(in >> x >> y >> z)) return Error{ErrorCode::kFailed, "no pose in the world's answer: " + *answer};
-  return z;
-}
-
-// Where things lie when they lie on the table.
-struct Rest {
-  double middle_Root_m = 0;  // height of the middle, root frame
-  double frame_World_m = 0;  // height of the frame's origin, frame of the world port
-};
-
-Result<Rest> rest_of(Node& node, const std::string& object) {
-  auto middle = object_height_m(node, object);
-  if (!middle) return middle.error();
-  auto answer = ask(node, "world get \"" + object + "\"");
-  if (!answer) return answer.error();
-  std::istringstream in(*answer);
-  double x = 0;
-  double y = 0;
-  if (!(in >> x >> y)) return Error{ErrorCode::kFailed, "no position in the world's answer: " + *answer};
-  return Rest{*middle, y};
-}
-
-Status put(Node& node, const TrialOutputs::Put& put, const Rest& rest) {
-  const Eigen::Vector3d p = world_of_root({put.p_Root_m.x(), put.p_Root_m.y(), 0.0});
-  // upright: its frame points up, which is y of the world port
-  auto turned = ask(node, fmt::format("world rot \"{}\" -90 0 {}", put.object, put.yaw_rad * 180.0 / M_PI));
-  if (!turned) return turned.error();
-  auto there =
-      ask(node, fmt::format("world set \"{}\" {} {} {}", put.object, p.x(), rest.frame_World_m, p.z()));
-  return there ? Status{} : Status{there.error()};
-}
 
 msgs::ActionGoal goal_message(const TrialOutputs::Action& action, Time now) {
   msgs::ActionGoal goal;
@@ -136,7 +80,7 @@ Status run(Node& node) {
   node.set_ready();
 
   std::optional<TrialsCore> core;
-  std::map<std::string, Rest> rests;
+  std::map<std::string, Box> boxes;
   std::vector<TrialResult> results;
   bool finished = false;
   return node.run([&](Time now) -> Status {
@@ -145,10 +89,10 @@ Status run(Node& node) {
       // all of them lie on the table as the world file has put them there
       std::vector<double> heights;
       for (const std::string& object : options.objects) {
-        auto rest = rest_of(node, object);
-        if (!rest) return rest.error();
-        rests[object] = *rest;
-        heights.push_back(rest->middle_Root_m);
+        auto box = box_of(node, object);
+        if (!box) return box.error();
+        boxes[object] = *box;
+        heights.push_back(box->p_Root_m.z());
       }
       core.emplace(options, heights, node.options().seed);
     }
@@ -156,13 +100,15 @@ Status run(Node& node) {
     inputs.reach = newest(**reach_in);
     inputs.grasp = newest(**grasp_in);
     if (core->wants_height()) {
-      auto height = object_height_m(node, core->object());
-      if (!height) return height.error();
-      inputs.object_height_m = *height;
+      auto box = box_of(node, core->object());
+      if (!box) return box.error();
+      inputs.object_height_m = box->p_Root_m.z();
     }
     const TrialOutputs out = core->step(node.options().period_s, inputs);
     if (out.put) {
-      if (auto there = put(node, *out.put, rests[out.put->object]); !there) return there;
+      auto there = place(node, out.put->object, out.put->p_Root_m, boxes[out.put->object].frame_Root_m,
+                         out.put->yaw_rad);
+      if (!there) return there;
     }
     if (out.reach) {
       if (auto sent = (*reach_out)->write(goal_message(*out.reach, now)); !sent) return sent;

@@ -21,7 +21,7 @@ Result<learning::JordanNetwork> load_grasp_network(const std::string& path);
 class GraspLearner {
  public:
   struct Options {
-    double rate = 8.0;           // of the reward-penalty rule
+    double rate = 4.0;           // of the reward-penalty rule
     double penalty_ratio = 0.1;  // lambda
     int draws = 1;               // a joint position is the mean of so many on/off draws
   };

@@ -1,0 +1,201 @@
+// nido-experiment-grasp-success: how often things of all shapes are held for 3 s after lifting (the paper's
+// Fig. 15), by the whole robot: eyes, reach, grasp and goal selection.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <thread>
+#include <vector>
+
+#include "nido/experiment/launched_app.h"
+#include "nido/report/experiment_cli.h"
+#include "nido/report/progress.h"
+#include "nido/report/report.h"
+
+namespace nido::grasp {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Request : ExperimentRequest {
+  int block = 10;
+  int domain = 62;
+};
+
+// Things first .. first + count - 1, through the app; the `lane`-th of those runs that go side by side.
+Result<std::vector<nlohmann::json>> try_block(const Request& request, int first, int count, int lane) {
+  const fs::path out = fs::absolute(fs::path(request.out) / fmt::format("things-{:04d}", first));
+  const fs::path results = out / "run" / "success.json";
+  const auto read = [&]() {
+    std::ifstream file(results);
+    const auto rows = nlohmann::json::parse(file, nullptr, false);
+    return rows.is_array() ? rows.get<std::vector<nlohmann::json>>() : std::vector<nlohmann::json>{};
+  };
+  std::error_code failure;
+  fs::create_directories(out, failure);
+  if (failure) return Error{ErrorCode::kFailed, out.string() + ": " + failure.message()};
+  const Status done = run_app(
+      "grasp_success",
+      {"--seed", std::to_string(request.seed), "--rate", "max", "--lockstep", "--domain",
+       std::to_string(request.domain + lane), "--out", (out / "run").string(), "--set",
+       fmt::format("grasp_success.first={}", first), "--set", fmt::format("grasp_success.count={}", count)},
+      (out / "launch.log").string());
+  if (!done) return done.error();
+  auto rows = read();
+  if (static_cast<int>(rows.size()) != count)
+    return Error{ErrorCode::kFailed,
+                 fmt::format("{}: {} results of {}", results.string(), rows.size(), count)};
+  return rows;
+}
+
+struct Count {
+  int good = 0;
+  int all = 0;
+  void add(bool is_good) {
+    good += is_good ? 1 : 0;
+    ++all;
+  }
+};
+
+Report make_report(const Request& request, std::vector<nlohmann::json> rows) {
+  std::sort(rows.begin(), rows.end(), [](const auto& a, const auto& b) { return a["number"] < b["number"]; });
+  Report report;
+  report.name = "grasp-success";
+  report.title = "Grasping things of all shapes";
+  report.summary =
+      "A thing is put anywhere on the table where the right hand takes things, turned any way; the robot is "
+      "told to grasp "
+      "it, finds it by sight, closes by touch, lifts, and tries again by itself when that fails. It must "
+      "stay in the air "
+      "for 3 s after the lift. Trained: cube of 5 cm, ball of 6 cm; unseen: boxes of 2.5 to 6 cm, cylinders "
+      "of 3 to 6 cm, "
+      "bear.";
+  report.command =
+      fmt::format("nido experiment run grasp-success --seed {} --trials {}", request.seed, request.trials);
+  report.seed = request.seed;
+  report.trials = static_cast<long>(rows.size());
+  report.robot = "icub_sim";
+  report.world = "grasp_success";
+  Count all;
+  Count first_try;
+  Count honest;
+  std::map<std::string, Count> by_shape;
+  std::map<std::string, Count> by_training;
+  int regrasps = 0;
+  int slips = 0;
+  for (const auto& row : rows) {
+    const bool success = row["success"].get<bool>();
+    const int closings = row["closings"].get<int>();
+    all.add(success);
+    first_try.add(success && closings == 1);
+    honest.add(success == row["said_so"].get<bool>());
+    by_shape[row["shape"].get<std::string>()].add(success);
+    by_training[row["trained"].get<bool>() ? "trained" : "unseen"].add(success);
+    regrasps += std::max(0, closings - 1);
+    slips += row["slips_noticed"].get<int>();
+    Row line;
+    for (const char* key :
+         {"number", "width_m", "height_m", "x_m", "y_m", "yaw_rad", "held_s", "closings", "slips_noticed"})
+      line.emplace_back(key, row[key].get<double>());
+    line.emplace_back("shape", row["shape"].get<std::string>());
+    line.emplace_back("trained", row["trained"].get<bool>());
+    line.emplace_back("success", success);
+    line.emplace_back("sentence", row["sentence"].get<std::string>());
+    report.trials_detail.push_back(line);
+  }
+  report.add("success_rate", proportion_metric(all.good, all.all));
+  Plot plot{"success", "Held for 3 s after lifting", "", "share"};
+  plot.y_range = {0.0, 1.1};
+  plot.series.resize(1);
+  const auto add = [&](const std::string& name, const Count& count) {
+    const Metric rate = proportion_metric(count.good, count.all);
+    report.add("success_rate." + name, rate);
+    plot.series[0].points.push_back({static_cast<double>(plot.bar_names.size()), rate.value});
+    plot.bar_names.push_back(name);
+  };
+  for (const auto& [name, count] : by_shape) add(name, count);
+  for (const auto& [name, count] : by_training) add(name, count);
+  report.add("success_rate_first_try", proportion_metric(first_try.good, first_try.all));
+  report.add("belief_right", proportion_metric(honest.good, honest.all));
+  report.add("regrasps", {static_cast<double>(regrasps), "", all.all});
+  report.add("slips_noticed", {static_cast<double>(slips), "", all.all});
+  report.plots = {plot};
+  return report;
+}
+
+Status run(const Request& request) {
+  const auto started = std::chrono::steady_clock::now();
+  std::mutex mutex;
+  std::vector<nlohmann::json> rows;
+  Status failure;
+  int next = 0;
+  const InterruptFlag interrupt;
+  ProgressBar progress("grasping", request.trials);
+  const auto work = [&](int lane) {
+    while (true) {
+      int first = 0;
+      int count = 0;
+      {
+        const std::scoped_lock lock(mutex);
+        if (!failure || next >= request.trials || interrupt.raised()) return;
+        first = next;
+        count = std::min(request.block, request.trials - next);
+        next += count;
+      }
+      auto tried = try_block(request, first, count, lane);
+      const std::scoped_lock lock(mutex);
+      if (!tried) {
+        if (failure) failure = tried.error();
+        return;
+      }
+      rows.insert(rows.end(), tried->begin(), tried->end());
+      Report report = make_report(request, rows);
+      report.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
+      if (const Status saved = report.save(request.out); !saved && failure) failure = saved;
+      const auto held = std::count_if(rows.begin(), rows.end(),
+                                      [](const auto& row) { return row["success"].template get<bool>(); });
+      progress.update(static_cast<long>(rows.size()), fmt::format("{} held", held));
+    }
+  };
+  {
+    std::vector<std::jthread> lanes;
+    for (int lane = 0; lane < std::min(request.jobs, request.trials); ++lane) lanes.emplace_back(work, lane);
+  }
+  if (rows.empty())
+    return failure ? Status{Error{ErrorCode::kInterrupted, "interrupted before the first things were tried"}}
+                   : failure;
+  const Report report = make_report(request, rows);
+  for (const auto& [name, metric] : report.metrics) {
+    fmt::print("{:<32} {:.4g}{}\n", name, metric.value,
+               metric.ci95 ? fmt::format("  ({:.3g} to {:.3g}, n = {})", (*metric.ci95)[0], (*metric.ci95)[1],
+                                         metric.n)
+                           : "");
+  }
+  fmt::print("{}/report.html\n", request.out);
+  return failure;
+}
+
+}  // namespace
+}  // namespace nido::grasp
+
+int main(int argc, char** argv) {
+  nido::grasp::Request request;
+  request.trials = 20;
+  request.out = "out/grasp-success";
+  CLI::App app("How often things of all shapes are held after lifting.", "nido-experiment-grasp-success");
+  app.footer("example\n  nido experiment run grasp-success --trials 50 --jobs 2 --out out/grasp-success");
+  nido::add_experiment_options(app, request);
+  app.add_option("--block", request.block, "things that one start of the robot tries")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  app.add_option("--domain", request.domain, "DDS domain of the first job, the others follow")
+      ->check(CLI::Range(0, 101))
+      ->capture_default_str();
+  if (const auto code = nido::parse_experiment(app, argc, argv)) return *code;
+  return nido::end_experiment(nido::grasp::run(request));
+}
