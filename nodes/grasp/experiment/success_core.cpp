@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <random>
+#include <utility>
 
 namespace nido::grasp {
 
@@ -79,12 +80,12 @@ void SuccessCore::follow_job(double dt_s, const SuccessInputs& inputs, SuccessOu
   if (watching_) {
     since_look_s_ += dt_s;
     if (inputs.above_rest_m) {
-      since_look_s_ = 0;
+      const double since_s = std::exchange(since_look_s_, 0.0);
       // once down is down: the test is one hold without a break
       if (*inputs.above_rest_m < options_.up_m) {
         watching_ = false;
       } else {
-        result_.held_s += options_.look_period_s;
+        result_.held_s += since_s;
       }
     }
   }
