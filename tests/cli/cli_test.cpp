@@ -36,7 +36,10 @@ TEST(Usage, HelpOfEveryVerbHasAnExample) {
                                                        {"world"},
                                                        {"doctor"},
                                                        {"experiment"},
-                                                       {"experiment", "list"}, {"bench"},
+                                                       {"experiment", "list"},
+                                                       {"bench"},
+                                                       {"record"},
+                                                       {"replay"},
                                                        {"experiment", "run"}};
   for (auto words : verbs) {
     words.emplace_back("--help");
@@ -61,7 +64,10 @@ TEST(Usage, WrongUsageIsExitCode2) {
                                              {"launch", "speech_and_action", "--nonsense"},
                                              {"launch", "speech_and_action", "--seed", "x"},
                                              {"launch", "speech_and_action", "--say", "a", "--mic"},
-                                             {"launch", "speech_and_action", "--record", "x.mcap"},
+                                             {"launch", "speech_and_action", "--dashboard"},
+                                             {"record"},
+                                             {"replay", "x.mcap", "--from", "-1"},
+                                             {"completion", "fish"},
                                              {"experiment", "run", "speech", "--trials", "0"}}) {
     const auto ended = nido_tool(words);
     std::string line;
@@ -189,6 +195,27 @@ TEST_F(WithNodes, TheDoctorLooksAtTheMachine) {
       EXPECT_NE(one["health"], "bad") << one;
     }
   }
+}
+
+TEST(Doctor, NamesBothEndsOfAConnectionThatDoesNotFit) {
+  const std::string domain = std::to_string(test_domain());
+  // the input is there first and waits for an output, which then has another type
+  Program taker(TEST_NODE, {"--name", "robot", "--domain", domain, "--set", "behaviour=clock", "--connect",
+                            "/judge/stage:o=/body/command:i"});
+  ASSERT_TRUE(becomes_true([&] { return contains(nido_tool({"port", "list"}).out, "/body/command:i"); }));
+  Program giver(TEST_NODE, {"--name", "judge", "--domain", domain, "--clock", "simulated", "--set",
+                            "behaviour=judge", "--set", "at=1000000"});
+  std::string text;
+  ASSERT_TRUE(becomes_true([&] {
+    const auto ended = nido_tool({"doctor", "--json"});
+    for (const auto& one : nlohmann::json::parse(ended.out)) {
+      if (one["what"] == "ports") text = one["text"].get<std::string>();
+    }
+    return ended.code == 3 && contains(text, "do not connect");
+  })) << text;
+  EXPECT_TRUE(contains(text, "/judge/stage:o (node judge, nido_msgs/msg/StageEvent, profile event)")) << text;
+  EXPECT_TRUE(contains(text, "/body/command:i (node robot, nido_msgs/msg/JointCommand, profile command)"))
+      << text;
 }
 
 }  // namespace

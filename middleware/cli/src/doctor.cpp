@@ -1,12 +1,16 @@
+#include <arpa/inet.h>
 #include <fmt/format.h>
 #include <ifaddrs.h>
 #include <net/if.h>
 #include <netinet/in.h>
+#include <poll.h>
 #include <sys/socket.h>
 #include <sys/statvfs.h>
 #include <unistd.h>
 
 #include <chrono>
+#include <cmath>
+#include <cstdint>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -14,6 +18,7 @@
 #include <set>
 #include <thread>
 
+#include "nido/launcher/app.h"
 #include "nido/launcher/paths.h"
 #include "nido/launcher/suggest.h"
 #include "nido/middleware/shm_hygiene.h"
@@ -87,31 +92,85 @@ Finding check_stale_files() {
           "they were removed just now"};
 }
 
+// Processes find each other by a packet to a group of addresses: does one come back on this interface?
+bool hears_itself(in_addr interface) {
+  const int fd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  sockaddr_in any{};
+  any.sin_family = AF_INET;
+  socklen_t length = sizeof any;
+  ip_mreq group{};
+  inet_pton(AF_INET, "239.255.0.1", &group.imr_multiaddr);
+  group.imr_interface = interface;
+  const unsigned char loop = 1;
+  bool heard = bind(fd, reinterpret_cast<sockaddr*>(&any), sizeof any) == 0 &&
+               getsockname(fd, reinterpret_cast<sockaddr*>(&any), &length) == 0 &&
+               setsockopt(fd, IPPROTO_IP, IP_ADD_MEMBERSHIP, &group, sizeof group) == 0 &&
+               setsockopt(fd, IPPROTO_IP, IP_MULTICAST_IF, &interface, sizeof interface) == 0 &&
+               setsockopt(fd, IPPROTO_IP, IP_MULTICAST_LOOP, &loop, sizeof loop) == 0;
+  any.sin_addr = group.imr_multiaddr;
+  heard = heard && sendto(fd, "nido", 4, 0, reinterpret_cast<sockaddr*>(&any), sizeof any) == 4;
+  pollfd ready{fd, POLLIN, 0};
+  heard = heard && poll(&ready, 1, 500) == 1;
+  close(fd);
+  return heard;
+}
+
 Finding check_network() {
   ifaddrs* list = nullptr;
   if (getifaddrs(&list) != 0) return {"network", Health::kBad, "the interfaces cannot be listed", ""};
-  bool loopback = false;
-  std::set<std::string> up;
+  std::string loopback;
+  in_addr loopback_address{};
+  std::set<std::string> others;
   for (const ifaddrs* one = list; one != nullptr; one = one->ifa_next) {
     if (one->ifa_addr == nullptr || one->ifa_addr->sa_family != AF_INET || (one->ifa_flags & IFF_UP) == 0)
       continue;
-    up.insert(one->ifa_name);
-    loopback = loopback || (one->ifa_flags & IFF_LOOPBACK) != 0;
+    if ((one->ifa_flags & IFF_LOOPBACK) != 0) {
+      loopback = one->ifa_name;
+      loopback_address = reinterpret_cast<const sockaddr_in*>(one->ifa_addr)->sin_addr;
+    } else {
+      others.insert(one->ifa_name);
+    }
   }
   freeifaddrs(list);
-  if (!loopback)
+  if (loopback.empty())
     return {"network", Health::kBad, "there is no loopback interface: processes do not find each other",
             "ip link set lo up"};
-  return {"network", Health::kGood, "up: " + join_words({up.begin(), up.end()}), ""};
+  if (!hears_itself(loopback_address))
+    return {"network", Health::kBad,
+            fmt::format("a packet to 239.255.0.1 does not come back on {}: processes do not find each other",
+                        loopback),
+            fmt::format("ip link set {} multicast on; let the firewall pass {}", loopback, loopback)};
+  return {"network", Health::kGood,
+          fmt::format(
+              "processes find each other on {} (127.0.0.1), which is there on every machine{}", loopback,
+              others.empty() ? "" : fmt::format("; also up: {}", join_words({others.begin(), others.end()}))),
+          ""};
 }
 
 Finding check_clocks() {
   using std::chrono::steady_clock;
   double worst_s = 0;
+  const auto wall = std::chrono::system_clock::now();
+  const auto begin = steady_clock::now();
   for (int i = 0; i < 20; ++i) {
     const auto start = steady_clock::now();
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
     worst_s = std::max(worst_s, std::chrono::duration<double>(steady_clock::now() - start).count());
+  }
+  const double step_s = std::chrono::duration<double>(std::chrono::system_clock::now() - wall).count() -
+                        std::chrono::duration<double>(steady_clock::now() - begin).count();
+  constexpr std::int64_t kSeconds2024 = 1'704'067'200;
+  if (std::chrono::duration_cast<std::chrono::seconds>(wall.time_since_epoch()).count() < kSeconds2024) {
+    return {"clocks", Health::kBad,
+            "the computer's clock is before 2024: stamps and recordings would be wrong",
+            "set it: date -s, or timedatectl set-ntp true"};
+  }
+  if (std::abs(step_s) > 0.05) {
+    return {
+        "clocks", Health::kDoubtful,
+        fmt::format("the computer's clock was set by {:.2f} s just now: delays are wrong until it is steady",
+                    step_s),
+        "let it be slewed, not stepped (chrony, timedatectl)"};
   }
   if (worst_s > 0.02) {
     return {"clocks", Health::kDoubtful,
@@ -119,6 +178,32 @@ Finding check_clocks() {
             "runs in lockstep stay right, only slower; for --rate 1 free the machine"};
   }
   return {"clocks", Health::kGood, fmt::format("a sleep of 1 ms takes at most {:.1f} ms", worst_s * 1e3), ""};
+}
+
+// Runs and recordings are written below the current folder.
+Finding check_disk() {
+  struct statvfs info {};
+  if (access(".", W_OK) != 0 || statvfs(".", &info) != 0) {
+    return {"disk", Health::kDoubtful, "this folder cannot be written: runs leave their reports in ./out",
+            "go to another folder, or say --out DIR"};
+  }
+  const double free_gb = static_cast<double>(info.f_bavail) * static_cast<double>(info.f_frsize) * 1e-9;
+  if (free_gb < 1) {
+    return {"disk", Health::kDoubtful,
+            fmt::format("{:.2f} GB are free here: a recording takes up to 60 MB a second", free_gb),
+            "remove old runs (out/), or say --out and --record with a folder on another disk"};
+  }
+  return {"disk", Health::kGood, fmt::format("{:.0f} GB are free here", free_gb), ""};
+}
+
+Finding check_config(const Places& places) {
+  const auto names = config_names(places, "apps");
+  for (const auto& name : names) {
+    if (auto app = load_app((places.config / "apps" / (name + ".yaml")).string()); !app) {
+      return {"config", Health::kBad, app.error().message, "correct that file"};
+    }
+  }
+  return {"config", Health::kGood, fmt::format("{} apps in {}", names.size(), places.config.string()), ""};
 }
 
 Finding check_machine() {
@@ -130,8 +215,8 @@ Finding check_machine() {
 
 Finding check_programs(const Places& places) {
   std::vector<std::string> missing;
-  for (const char* name : {"nido-janitor", "nido-robot", "nido-vision", "nido-speech", "nido-goal-selection",
-                           "nido-reach", "nido-grasp", "nido-judge"}) {
+  for (const char* name : {"nido-janitor", "nido-recorder", "nido-robot", "nido-vision", "nido-speech",
+                           "nido-goal-selection", "nido-reach", "nido-grasp", "nido-judge"}) {
     if (access((places.programs / name).c_str(), X_OK) != 0) missing.emplace_back(name);
   }
   if (missing.empty()) return {"programs", Health::kGood, "all are built", ""};
@@ -143,6 +228,37 @@ Finding check_ports(const Common& common) {
   auto session = join(common);
   if (!session) return {"ports", Health::kBad, session.error().message, ""};
   settle(*session->directory);
+  std::vector<std::string> failed;
+  std::vector<std::string> misfits;
+  std::vector<std::string> dead;
+  std::vector<std::string> lossy;
+  std::size_t count = 0;
+  const auto end_of = [](const std::string& node, const PortDescription& port) {
+    return fmt::format("{} (node {}, {}, profile {})", port.name, node, port.type, port.profile);
+  };
+  for (const auto& node : session->directory->nodes()) {
+    count += node.ports.size();
+    if (node.state == "failed") failed.push_back(fmt::format("{} ({})", node.name, node.detail));
+    for (const auto& port : node.ports) {
+      if (port.direction != "input") continue;
+      for (const auto& counters : port.connections) {
+        const auto source = session->directory->owner_of(counters.source);
+        if (!counters.live && source) {
+          misfits.push_back(end_of(source->node.name, source->port) + " and " + end_of(node.name, port));
+        } else if (!counters.live) {
+          dead.push_back(counters.source + " -> " + port.name);
+        } else if (counters.lost > 0) {
+          lossy.push_back(fmt::format("{} of {} on {} -> {}", counters.lost,
+                                      counters.lost + counters.received, counters.source, port.name));
+        }
+      }
+    }
+  }
+  if (!failed.empty())
+    return {"ports", Health::kBad, "failed nodes: " + join_words(failed), "see their logs"};
+  if (!misfits.empty())
+    return {"ports", Health::kBad, "both ends are there and do not connect: " + join_words(misfits, "; "),
+            "give both the same type and profile"};
   std::map<std::string, std::set<std::string>> types;
   for (const auto& topic : session->directory->topics()) types[topic.topic].insert(topic.type);
   for (const auto& [topic, names] : types) {
@@ -153,20 +269,13 @@ Finding check_ports(const Common& common) {
           "make writer and reader agree"};
     }
   }
-  std::vector<std::string> dead;
-  std::size_t count = 0;
-  for (const auto& node : session->directory->nodes()) {
-    count += node.ports.size();
-    for (const auto& port : node.ports) {
-      if (port.direction != "input") continue;
-      for (const auto& counters : port.connections) {
-        if (!counters.live) dead.push_back(counters.source + " -> " + port.name);
-      }
-    }
-  }
   if (!dead.empty())
     return {"ports", Health::kDoubtful, "connections whose output is not there: " + join_words(dead),
             "start the node that writes it, or nido port disconnect"};
+  if (!lossy.empty())
+    return {
+        "ports", Health::kDoubtful, "messages were lost: " + join_words(lossy),
+        "a reader that is too slow: give it less to do, a longer period or a queue; sensor ports may lose"};
   return {"ports", Health::kGood,
           fmt::format("{} ports of {} nodes in domain {}", count, session->directory->nodes().size(),
                       common.domain),
@@ -178,9 +287,16 @@ Finding check_ports(const Common& common) {
 int doctor(const Common& common) {
   auto places = find_places();
   if (!places) return fail(places.error());
-  const std::vector<Finding> findings = {check_packages(*places), check_programs(*places), check_machine(),
-                                         check_shared_memory(),   check_stale_files(),     check_network(),
-                                         check_clocks(),          check_ports(common)};
+  const std::vector<Finding> findings = {check_packages(*places),
+                                         check_programs(*places),
+                                         check_machine(),
+                                         check_config(*places),
+                                         check_disk(),
+                                         check_shared_memory(),
+                                         check_stale_files(),
+                                         check_network(),
+                                         check_clocks(),
+                                         check_ports(common)};
   bool bad = false;
   Json list = Json::array();
   for (const auto& finding : findings) {

@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <cstdlib>
 
+#include "completion.h"
 #include "nido/launcher/launch.h"
 #include "verbs.h"
 
@@ -298,6 +299,12 @@ int main(int argc, char** argv) {
   cli::ReplayRequest replay;
   add_replay(verbs, replay);
 
+  std::string shell;
+  auto* completion = root.add_subcommand("completion", "print the completion script of a shell");
+  completion->footer("example\n  source <(nido completion bash)");
+  completion->add_option("shell", shell, "bash or zsh")->required()->check(CLI::IsMember({"bash", "zsh"}));
+  completion->callback([&] { throw CLI::RuntimeError(cli::completion(shell)); });
+
   cli::ExperimentRequest request;
   CLI::App* experiment = root.add_subcommand("experiment", "the experiments and their reports");
   experiment->require_subcommand(1)->footer(
@@ -332,6 +339,10 @@ int main(int argc, char** argv) {
   bench->allow_extras()->callback(
       [&] { throw CLI::RuntimeError(cli::bench(bench_name, bench->remaining())); });
 
+  // words that are not finished yet cannot be parsed
+  if (argc > 1 && std::string(argv[1]) == "complete") {
+    return cli::complete(root, {argv + 2, argv + argc}, common);
+  }
   try {
     root.parse(argc, argv);
   } catch (const CLI::RuntimeError& end) {
