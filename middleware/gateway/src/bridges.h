@@ -38,6 +38,9 @@ Result<std::unique_ptr<Bridge>> bridge_input(BridgeContext& context, const PortD
 // A text service.
 Result<std::unique_ptr<Bridge>> bridge_service(BridgeContext& context, const std::string& name);
 
+// What a camera tells of itself in camera_info:o, for those who ask at CAMERA/rpc.
+Result<std::unique_ptr<Bridge>> bridge_camera(BridgeContext& context, const PortDescription& port);
+
 // Name of the gateway's own port at the other end of `name`.
 [[nodiscard]] std::string own_name(const Node& node, const std::string& name, const std::string& end);
 

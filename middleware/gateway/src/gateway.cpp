@@ -63,7 +63,10 @@ class GatewayImpl final : public Gateway {
         hopeless_.insert(name);
         continue;
       }
-      bridges_[name] = std::move(*bridge);
+      bridges_[name].push_back(std::move(*bridge));
+      if (port.type != "sensor_msgs/msg/CameraInfo" || port.direction != "output") continue;
+      Result<std::unique_ptr<Bridge>> camera = bridge_camera(*context_, port);
+      if (camera) bridges_[name].push_back(std::move(*camera));
     }
   }
 
@@ -73,7 +76,7 @@ class GatewayImpl final : public Gateway {
   std::unique_ptr<Directory> directory_;
   std::unique_ptr<yarp::PortHost> ports_;
   std::optional<BridgeContext> context_;
-  std::map<std::string, std::unique_ptr<Bridge>> bridges_;
+  std::map<std::string, std::vector<std::unique_ptr<Bridge>>> bridges_;  // by nido's port
   std::set<std::string> hopeless_;
 };
 

@@ -79,6 +79,14 @@ class InputBridge final : public Bridge {
   std::unique_ptr<Worker> worker_;  // last: it uses the above
 };
 
+// An answer in YARP's notation as it is; a sentence for people as one string.
+yarp::Bottle bottle_of_reply(const std::string& reply) {
+  Result<yarp::Bottle> bottle = yarp::parse_bottle(reply);
+  const bool is_notation = bottle && (bottle->empty() || bottle->front().kind != yarp::Value::Kind::kString ||
+                                      yarp::to_text(*bottle) == reply);
+  return is_notation ? std::move(*bottle) : yarp::Bottle{yarp::Value::string(reply)};
+}
+
 class ServiceBridge final : public Bridge {
  public:
   ServiceBridge(BridgeContext& context, std::string name) : context_(context), name_(std::move(name)) {}
@@ -115,9 +123,7 @@ class ServiceBridge final : public Bridge {
     }
     const Result<std::string> reply = context_.node.call(name_, line, kService_s);
     if (!reply) return refuse(reply.error().message);
-    Result<yarp::Bottle> bottle = yarp::parse_bottle(*reply);
-    // an answer in words is a string
-    incoming.answer(bottle ? std::move(*bottle) : yarp::Bottle{yarp::Value::string(*reply)});
+    incoming.answer(bottle_of_reply(*reply));
   }
 
   BridgeContext& context_;

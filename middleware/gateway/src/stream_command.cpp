@@ -53,7 +53,9 @@ Error wrong(std::string what) { return {ErrorCode::kInvalidArgument, std::move(w
 
 }  // namespace
 
-Result<StreamCommand> parse_stream_command(const Bottle& bottle) {
+Result<StreamCommand> parse_stream_command(const Bottle& given) {
+  // a person writes the two lists with or without brackets around them
+  const Bottle& bottle = given.size() == 1 && given[0].is_list() ? given[0].items : given;
   if (bottle.size() != 2 || !bottle[0].is_list() || !bottle[1].is_list()) {
     return wrong("two lists are expected, what and how much: ((dpo 3) (45.0))");
   }

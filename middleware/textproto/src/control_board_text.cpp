@@ -12,6 +12,7 @@
 #include <variant>
 #include <vector>
 
+#include "nearest_of.h"
 #include "nido/interfaces/check_joints.h"
 #include "nido/textproto/text_value.h"
 
@@ -20,6 +21,7 @@ namespace {
 
 constexpr double kDegree_rad = std::numbers::pi / 180.0;
 constexpr double kPercent = 0.01;
+constexpr long long kTurningJoint = 'a' | 't' << 8 | 'r' << 16 | 'v' << 24;  // YARP's number of the word atrv
 
 using Values = std::vector<TextValue>;
 
@@ -33,6 +35,26 @@ constexpr std::array<std::pair<std::string_view, ControlMode>, 7> kModeWords = {
      {"hwfa", ControlMode::kFault}}};
 
 TextValue word(std::string_view text) { return {TextValue::Word{std::string(text), true}}; }
+
+constexpr std::array kGetWords = std::to_array<std::string_view>(
+    {"encs", "enc",  "esps", "esp",  "eacs", "eac",  "poss", "pos",  "posg", "vels", "vel",
+     "velg", "accs", "acc",  "accg", "dons", "don",  "dong", "donl", "icmd", "torq", "llim",
+     "vlim", "axes", "name", "type", "prot", "info", "mncs", "mnc",  "msps", "msp",  "macs",
+     "mac",  "mnum", "mtnm", "dpos", "dpo",  "dpog", "asta", "asts", "intm"});
+constexpr std::array kSetWords =
+    std::to_array<std::string_view>({"pos", "poss", "posg", "rel",  "rels", "relg", "vel",  "vels", "velg",
+                                     "acc", "accs", "accg", "vmo",  "vmos", "vmog", "dpo",  "dpos", "dpog",
+                                     "sto", "stos", "stog", "icmd", "torq", "ipwm", "intm", "aen",  "adi"});
+
+// "'encz' cannot be got: did you mean 'encs'?"
+std::string not_known(std::string_view verb, const TextValue& given,
+                      std::span<const std::string_view> words) {
+  const std::string what = given.text() != nullptr ? given.text()->substr(0, 20) : std::string("this");
+  const std::string_view near = nearest_of(what, words);
+  const std::string advice =
+      near.empty() ? std::string("'help' lists what can") : fmt::format("did you mean '{} {}'?", verb, near);
+  return fmt::format("'{}' cannot be {}: {}", what, verb == "get" ? "got" : "set", advice);
+}
 
 // what a line could not do, and whether it was understood
 struct Refusal {
@@ -131,9 +153,10 @@ Outcome<ControlMode> mode_of(const TextValue& value) {
 
 // a number of each joint
 struct Quantity {
-  std::string_view one;  // word for one joint
-  std::string_view all;  // word for all joints
-  double unit;           // of the number on this side, in SI
+  std::string_view one;    // word for one joint
+  std::string_view all;    // word for all joints
+  std::string_view group;  // word for some joints; empty: there is none
+  double unit;             // of the number on this side, in SI
   Result<std::vector<double>> (*read)(const IControlBoard&);
 };
 
@@ -150,18 +173,35 @@ Result<std::vector<double>> motion_done_numbers(const IControlBoard& board) {
   return std::vector<double>(done->begin(), done->end());
 }
 
+// of an amplifier: 1 as long as it drives its motor
+Result<std::vector<double>> amplifier_numbers(const IControlBoard& board) {
+  const Result<std::vector<ControlMode>> modes = board.control_modes();
+  if (!modes) return modes.error();
+  std::vector<double> driving;
+  for (const ControlMode mode : *modes) {
+    driving.push_back(mode == ControlMode::kIdle || mode == ControlMode::kFault ? 0 : 1);
+  }
+  return driving;
+}
+
 constexpr double kCount = 0;  // unit of whole numbers
 
-constexpr std::array<Quantity, 7> kQuantities = {{
-    {"enc", "encs", kDegree_rad, &from_reading<&JointReading::position_rad>},
-    {"esp", "esps", kDegree_rad, &from_reading<&JointReading::velocity_rad_s>},
-    {"eac", "eacs", kDegree_rad, &from_reading<&JointReading::acceleration_rad_s2>},
-    {"pos", "poss", kDegree_rad, [](const IControlBoard& b) { return b.target_positions(); }},
-    {"vel", "vels", kDegree_rad, [](const IControlBoard& b) { return b.reference_speeds(); }},
-    {"acc", "accs", kDegree_rad, [](const IControlBoard& b) { return b.reference_accelerations(); }},
-    {"don", "dons", kCount, &motion_done_numbers},
+// a motor of these boards turns as its joint does
+constexpr std::array<Quantity, 12> kQuantities = {{
+    {"enc", "encs", "", kDegree_rad, &from_reading<&JointReading::position_rad>},
+    {"esp", "esps", "", kDegree_rad, &from_reading<&JointReading::velocity_rad_s>},
+    {"eac", "eacs", "", kDegree_rad, &from_reading<&JointReading::acceleration_rad_s2>},
+    {"mnc", "mncs", "", kDegree_rad, &from_reading<&JointReading::position_rad>},
+    {"msp", "msps", "", kDegree_rad, &from_reading<&JointReading::velocity_rad_s>},
+    {"mac", "macs", "", kDegree_rad, &from_reading<&JointReading::acceleration_rad_s2>},
+    {"pos", "poss", "posg", kDegree_rad, [](const IControlBoard& b) { return b.target_positions(); }},
+    {"dpo", "dpos", "dpog", kDegree_rad, [](const IControlBoard& b) { return b.target_positions(); }},
+    {"vel", "vels", "velg", kDegree_rad, [](const IControlBoard& b) { return b.reference_speeds(); }},
+    {"acc", "accs", "accg", kDegree_rad, [](const IControlBoard& b) { return b.reference_accelerations(); }},
+    {"don", "donl", "", kCount, &motion_done_numbers},
+    {"asts", "asta", "", kCount, &amplifier_numbers},
 }};
-constexpr Quantity kTorque = {"trq", "trqs", 1.0, &from_reading<&JointReading::torque_Nm>};
+constexpr Quantity kTorque = {"trq", "trqs", "", 1.0, &from_reading<&JointReading::torque_Nm>};
 
 TextValue to_value(double si, double unit) {
   if (unit == kCount) return {static_cast<long long>(si)};
@@ -172,8 +212,10 @@ TextValue to_value(double si, double unit) {
 
 Outcome<Values> get_quantity(const IControlBoard& board, const Quantity& quantity, const Values& line,
                              std::size_t at_word) {
-  const bool all = line[at_word].is_word(quantity.all);
-  Outcome<Targets> which = targets(line, at_word + 1, all ? 's' : '\0', board.axes(), false);
+  const char suffix = line[at_word].is_word(quantity.all)   ? 's'
+                      : line[at_word].is_word(quantity.one) ? '\0'
+                                                            : 'g';
+  Outcome<Targets> which = targets(line, at_word + 1, suffix, board.axes(), false);
   if (auto* wrong = std::get_if<Refusal>(&which)) return *wrong;
   const Result<std::vector<double>> read = quantity.read(board);
   if (!read) return refused(read.error());
@@ -181,8 +223,37 @@ Outcome<Values> get_quantity(const IControlBoard& board, const Quantity& quantit
   for (const int joint : std::get<Targets>(which).joints) {
     found.push_back(to_value((*read)[static_cast<std::size_t>(joint)], quantity.unit));
   }
-  if (all) return Values{{std::move(found)}};
+  if (suffix != '\0') return Values{{std::move(found)}};
   return found;
+}
+
+bool names(const Quantity& quantity, const TextValue& value) {
+  return value.is_word(quantity.one) || value.is_word(quantity.all) ||
+         (!quantity.group.empty() && value.is_word(quantity.group));
+}
+
+// whether all motions, or those of some joints, have ended
+Outcome<Values> get_all_done(const IControlBoard& board, const Values& line) {
+  Outcome<Targets> which = targets(line, 2, line[1].is_word("dons") ? 's' : 'g', board.axes(), false);
+  if (auto* wrong = std::get_if<Refusal>(&which)) return *wrong;
+  const Result<std::vector<bool>> done = board.motion_done();
+  if (!done) return refused(done.error());
+  bool all_done = true;
+  for (const int joint : std::get<Targets>(which).joints) {
+    all_done = all_done && (*done)[static_cast<std::size_t>(joint)];
+  }
+  return Values{{all_done ? 1LL : 0LL}};
+}
+
+// joints of these boards are stiff, always
+Outcome<Values> get_interaction(const IControlBoard& board, const Values& line) {
+  if (line.size() < 3) return unknown("intm mode J, intm mods or intm modg N (J ...) is expected");
+  const char suffix = line[2].is_word("mods") ? 's' : line[2].is_word("modg") ? 'g' : '\0';
+  if (suffix == '\0' && !line[2].is_word("mode")) return unknown("intm knows mode, mods and modg");
+  Outcome<Targets> which = targets(line, 3, suffix, board.axes(), false);
+  if (auto* wrong = std::get_if<Refusal>(&which)) return *wrong;
+  if (suffix == '\0') return Values{word("stif")};
+  return Values{{Values(std::get<Targets>(which).joints.size(), word("stif"))}};
 }
 
 Outcome<Values> get_modes(const IControlBoard& board, const Values& line) {
@@ -199,7 +270,7 @@ Outcome<Values> get_modes(const IControlBoard& board, const Values& line) {
   }
   if (suffix == '\0')
     return Values{{static_cast<long long>(std::get<Targets>(which).joints.front())}, words.front()};
-  return Values{{std::move(words)}};
+  return Values{word(suffix == 's' ? "cmds" : "cmog"), {std::move(words)}};
 }
 
 Outcome<Values> get_limits(const IControlBoard& board, const Values& line, std::size_t first,
@@ -213,6 +284,19 @@ Outcome<Values> get_limits(const IControlBoard& board, const Values& line, std::
     return Values{to_value(joint.min_rad, kDegree_rad), to_value(joint.max_rad, kDegree_rad)};
   if (what == "vlim") return Values{{0.0}, to_value(joint.max_velocity_rad_s, kDegree_rad)};
   return Values{{-joint.max_torque_Nm}, {joint.max_torque_Nm}};
+}
+
+// smallest torques, greatest torques
+Outcome<Values> get_torque_ranges(const IControlBoard& board) {
+  const Result<std::vector<JointLimits>> limits = board.limits();
+  if (!limits) return refused(limits.error());
+  Values smallest;
+  Values greatest;
+  for (const JointLimits& joint : *limits) {
+    smallest.push_back(to_value(-joint.max_torque_Nm, 1.0));
+    greatest.push_back(to_value(joint.max_torque_Nm, 1.0));
+  }
+  return Values{{std::move(smallest)}, {std::move(greatest)}};
 }
 
 // name, limits and greatest torque of all joints in one answer
@@ -236,29 +320,30 @@ Outcome<Values> get_info(const IControlBoard& board) {
 Outcome<Values> get(const IControlBoard& board, const Values& line) {
   if (line.size() == 2 && line[1].is_word("info")) return get_info(board);
   for (const Quantity& quantity : kQuantities) {
-    if (line[1].is_word(quantity.one) || line[1].is_word(quantity.all))
-      return get_quantity(board, quantity, line, 1);
+    if (names(quantity, line[1])) return get_quantity(board, quantity, line, 1);
   }
-  if (line[1].is_word("axes")) return Values{{static_cast<long long>(board.axes())}};
+  if (line[1].is_word("dons") || line[1].is_word("dong")) return get_all_done(board, line);
+  if (line[1].is_word("intm")) return get_interaction(board, line);
+  if (line[1].is_word("axes") || line[1].is_word("mnum") || line[1].is_word("mtnm"))
+    return Values{{static_cast<long long>(board.axes())}};
   if (line[1].is_word("prot")) return Values{{1LL}, {9LL}, {0LL}};
   if (line[1].is_word("llim") || line[1].is_word("vlim")) return get_limits(board, line, 2, *line[1].text());
   if (line[1].is_word("icmd")) return get_modes(board, line);
   if (line[1].is_word("torq")) {
-    if (line.size() >= 3 && (line[2].is_word("trq") || line[2].is_word("trqs"))) {
-      return get_quantity(board, kTorque, line, 2);
-    }
+    if (line.size() >= 3 && names(kTorque, line[2])) return get_quantity(board, kTorque, line, 2);
     if (line.size() >= 3 && line[2].is_word("rng")) return get_limits(board, line, 3, "rng");
-    return unknown("torq knows trq J, trqs and rng J");
+    if (line.size() == 3 && line[2].is_word("rngs")) return get_torque_ranges(board);
+    return unknown("torq knows trq J, trqs, rng J and rngs");
   }
   if (line[1].is_word("name") || line[1].is_word("type")) {
     Outcome<Targets> which = targets(line, 2, '\0', board.axes(), false);
     if (auto* wrong = std::get_if<Refusal>(&which)) return *wrong;
-    if (line[1].is_word("type")) return Values{{0LL}};  // all joints turn
+    if (line[1].is_word("type")) return Values{{kTurningJoint}};
     Result<std::string> name = board.axis_name(std::get<Targets>(which).joints.front());
     if (!name) return refused(name.error());
     return Values{{TextValue::Word{std::move(*name), false}}};
   }
-  return unknown("this cannot be got");
+  return unknown(not_known(*line[0].text(), line[1], kGetWords));
 }
 
 // -- set
@@ -361,6 +446,31 @@ Outcome<Values> stop(IControlBoard& board, const Values& line, char suffix) {
   return Values{};
 }
 
+// stiff is what the joints are: asking for it does nothing, asking for something else is refused
+Outcome<Values> set_interaction(IControlBoard& board, const Values& line) {
+  if (line.size() < 3)
+    return unknown("intm mode J stif, intm mods (stif ...) or intm modg N (J ...) (stif ...)");
+  const char suffix = line[2].is_word("mods") ? 's' : line[2].is_word("modg") ? 'g' : '\0';
+  if (suffix == '\0' && !line[2].is_word("mode")) return unknown("intm knows mode, mods and modg");
+  Outcome<Targets> parsed = targets(line, 3, suffix, board.axes(), true);
+  if (auto* wrong = std::get_if<Refusal>(&parsed)) return *wrong;
+  for (const TextValue& mode : std::get<Targets>(parsed).values) {
+    if (!mode.is_word("stif"))
+      return Refusal{true, "the joints of this board are stiff (stif), they cannot comply"};
+  }
+  return Values{};
+}
+
+// an amplifier that is switched off leaves its joint idle
+Outcome<Values> switch_amplifier(IControlBoard& board, const Values& line) {
+  Outcome<Targets> which = targets(line, 2, '\0', board.axes(), false);
+  if (auto* wrong = std::get_if<Refusal>(&which)) return *wrong;
+  const ControlMode mode = line[1].is_word("adi") ? ControlMode::kIdle : ControlMode::kPosition;
+  const Status switched = board.set_control_mode(std::get<Targets>(which).joints, mode);
+  if (!switched) return refused(switched.error());
+  return Values{};
+}
+
 Outcome<Values> set(IControlBoard& board, const Values& line) {
   for (const Command& command : kCommands) {
     if (const std::optional<char> suffix = form(command, line[1]))
@@ -370,17 +480,20 @@ Outcome<Values> set(IControlBoard& board, const Values& line) {
   if (line[1].is_word("stos")) return stop(board, line, 's');
   if (line[1].is_word("stog")) return stop(board, line, 'g');
   if (line[1].is_word("icmd")) return set_modes(board, line);
+  if (line[1].is_word("intm")) return set_interaction(board, line);
+  if (line[1].is_word("aen") || line[1].is_word("adi")) return switch_amplifier(board, line);
   if (line[1].is_word("torq") || line[1].is_word("ipwm")) {
     const Command& command = line[1].is_word("torq") ? kTorqueCommand : kPwmCommand;
     const std::optional<char> suffix = line.size() > 2 ? form(command, line[2]) : std::nullopt;
     if (suffix) return send(board, command, *suffix, line, 3);
     return unknown("ref J V, refs (V ...) or refg N (J ...) (V ...) is expected");
   }
-  return unknown("this cannot be set");
+  return unknown(not_known(*line[0].text(), line[1], kSetWords));
 }
 
-std::string refusal_text(const Refusal& refusal) {
-  return format_text({word(refusal.understood ? "fail" : "nak"), {refusal.sentence}});
+// as YARP's boards do it: [nak] to what is no request at all, [fail] to what cannot be done; and why
+std::string refusal_text(const Refusal& refusal, std::size_t words) {
+  return format_text({word(words < 2 ? "nak" : "fail"), {refusal.sentence}});
 }
 
 }  // namespace
@@ -400,42 +513,61 @@ std::optional<ControlMode> mode_from_word(std::string_view text) {
 }
 
 const std::string& ControlBoardText::help() {
-  static const std::string text =
-      "get axes | get info | get encs|esps|eacs|poss|vels|accs|dons | get enc|esp|eac|pos|vel|acc|don J | "
-      "get "
-      "llim|vlim|name|type J"
-      " | get icmd cmod J | get icmd cmds | get torq trqs | get torq trq|rng J | get prot"
-      " | set pos|rel|vel|acc|vmo|dpo J V | set poss|rels|vels|accs|vmos|dpos (V ...)"
-      " | set posg|relg|velg|accg|vmog|dpog N (J ...) (V ...) | set sto J | set stos | set stog N (J ...)"
-      " | set icmd cmod J MODE | set icmd cmds (MODE ...) | set torq|ipwm ref J V"
-      " | MODE: idl pos posd vel torq ipwm | degrees, deg/s, N m, percent";
+  static const std::string text = [] {
+    Values lines = {word("many")};
+    for (const char* line :
+         {"degrees, deg/s, N m, percent; J is a joint, from 0", "get encs | esps | eacs | mncs | msps | macs",
+          "get enc | esp | eac | mnc | msp | mac J",
+          "get poss | vels | accs | dpos, get pos | vel | acc | dpo J",
+          "get posg | velg | accg | dpog N (J ...)", "get dons | donl, get don J, get dong N (J ...)",
+          "get icmd cmds | cmod J | cmog N (J ...)", "get torq trqs | rngs | trq J | rng J",
+          "get intm mods | mode J | modg N (J ...)", "get llim | vlim | name | type | asts J",
+          "get axes | mnum | mtnm | asta | prot | info", "set pos | rel | vel | acc | vmo | dpo J V",
+          "set poss | rels | vels | accs | vmos | dpos (V ...)",
+          "set posg | relg | velg | accg | vmog | dpog N (J ...) (V ...)",
+          "set sto J, set stos, set stog N (J ...)",
+          "set icmd cmod J MODE | cmds (MODE ...) | cmog N (J ...) (MODE ...)",
+          "    MODE: idl pos posd vel torq ipwm",
+          "set torq | ipwm ref J V | refs (V ...) | refg N (J ...) (V ...)",
+          "set intm mode J stif, set aen | adi J"}) {
+      lines.push_back({std::string(line)});
+    }
+    return format_text(lines);
+  }();
   return text;
 }
 
 std::string ControlBoardText::reply(const std::string& line) {
   Result<std::vector<TextValue>> parsed = parse_text(line);
-  if (!parsed) return refusal_text(unknown(parsed.error().message));
+  if (!parsed) return refusal_text(unknown(parsed.error().message), 0);
   const Values& words = *parsed;
-  if (words.size() == 1 && words[0].is_word("help")) return format_text({word("ok"), {help()}});
+  if (!words.empty() && words[0].is_word("help")) return help();
   const bool is_get = !words.empty() && words[0].is_word("get");
   const bool is_set = !words.empty() && words[0].is_word("set");
   if (words.size() < 2 || (!is_get && !is_set)) {
-    return refusal_text(unknown("a line begins with 'get WHAT' or 'set WHAT'; 'help' tells more"));
+    return refusal_text(unknown("a line begins with 'get WHAT' or 'set WHAT'; 'help' tells more"),
+                        words.size());
   }
   Outcome<Values> outcome = is_get ? get(board_, words) : set(board_, words);
   if (auto* wrong = std::get_if<Refusal>(&outcome)) {
     constexpr std::size_t kQuoted = 80;  // characters of the line that are repeated
     if (!wrong->understood)
       wrong->sentence = fmt::format("'{}': {}", line.substr(0, kQuoted), wrong->sentence);
-    return refusal_text(*wrong);
+    return refusal_text(*wrong, words.size());
   }
   if (is_set) return "[ok]";
-  // [is] WHAT values [tsta] count time [ok], with WHAT as it was asked
-  Values answer = {word("is"), words[1]};
-  const bool is_nested = words[1].is_word("icmd") || words[1].is_word("torq");
-  if (is_nested) answer[1] = words[2];
+  // [is] WHAT values [tsta] count time [ok], with WHAT as it was asked; three words have forms of their own
+  const bool is_version = words[1].is_word("prot");
+  const bool is_interaction = words[1].is_word("intm");
+  Values answer;
+  if (is_version) {
+    answer.push_back(word("prot"));
+  } else if (!is_interaction) {
+    answer.push_back(word("is"));
+    if (!words[1].is_word("icmd")) answer.push_back(words[1]);
+  }
   for (TextValue& value : std::get<Values>(outcome)) answer.push_back(std::move(value));
-  if (!words[1].is_word("prot") && !words[1].is_word("axes")) {
+  if (!is_version) {
     const Result<JointReading> reading = board_.read_joints();
     answer.push_back(word("tsta"));
     answer.push_back({static_cast<long long>(count_.fetch_add(1))});

@@ -125,7 +125,7 @@ class ControlBoardClient final : public IControlBoard {
   Result<std::vector<double>> reference_accelerations() const override { return ask_numbers("get accs"); }
 
   Result<std::vector<bool>> motion_done() const override {
-    const Result<std::vector<TextValue>> words = ask_list("get dons");
+    const Result<std::vector<TextValue>> words = ask_list("get donl");
     if (!words) return words.error();
     std::vector<bool> done;
     for (const TextValue& word : *words) done.push_back(word.is_number() && word.number() != 0);

@@ -32,12 +32,12 @@ bool is_plain(std::string_view text) {
   });
 }
 
-// what a request has at a place, as text; "..." and nothing are the same
+// what a request has at a place, as text; "...", -1 and nothing are the same
 std::string word_at(const Bottle& request, std::size_t at) {
   if (at >= request.size()) return {};
   const Value& value = request[at];
   std::string text = value.is_text() ? value.text : to_text(value);
-  return text == "..." ? std::string() : text;
+  return text == "..." || text == "-1" ? std::string() : text;
 }
 
 }  // namespace

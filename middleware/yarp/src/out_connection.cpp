@@ -112,12 +112,10 @@ void OutConnection::read() {
 
 void OutConnection::on_welcome(int number) {
   if (carrier == Carrier::kUdp) {
-    // datagrams leave from the number that this connection had
-    const int own = local_port(fd_.get());
     loop_.unwatch(fd_.get());
     fd_.reset();
     Result<Fd> datagrams = number > 0 && number < 65'536
-                               ? open_udp("127.0.0.1", own, target.host, number)
+                               ? open_udp("127.0.0.1", 0, target.host, number)
                                : Result<Fd>(Error{ErrorCode::kFailed, "no port for datagrams was given"});
     if (!datagrams) return end(datagrams.error().message);
     fd_ = std::move(*datagrams);

@@ -42,7 +42,7 @@ class Host final : public PortHost, public ConnectionOwner, public AdminActions 
   }
 
   Status start() {
-    if (!is_loopback(options_.host)) {
+    if (!options_.network && !is_loopback(options_.host)) {
       return Error{
           ErrorCode::kInvalidArgument,
           fmt::format("ports on {} would be open to a network: only loopback addresses (127.0.0.1) are "
@@ -62,7 +62,8 @@ class Host final : public PortHost, public ConnectionOwner, public AdminActions 
       root.about = "the name server";
       if (Status opened = open_listener(std::move(root), options_.names_port); !opened) return opened;
     } else {
-      names_client_ = std::make_unique<NameClient>(loop_, options_.host, options_.names_port);
+      names_client_ = std::make_unique<NameClient>(
+          loop_, options_.names_host.empty() ? options_.host : options_.names_host, options_.names_port);
     }
     std::weak_ptr<Host*> alive = alive_;
     loop_.every(0.25, [alive] {
@@ -90,6 +91,8 @@ class Host final : public PortHost, public ConnectionOwner, public AdminActions 
       next_number_ = options_.first_port > 0 ? options_.first_port : options_.names_port + 2;
     for (int tried = 0; tried < 2000; ++tried) {
       const int number = next_number_++;
+      // a number that was given to somebody who has not opened it yet
+      if (registry_ && registry_->is_taken(number)) continue;
       Status opened = open_listener(spec, number);
       if (opened || opened.error().code != ErrorCode::kTaken) return opened;
     }
@@ -172,6 +175,7 @@ class Host final : public PortHost, public ConnectionOwner, public AdminActions 
     port->second.in.erase(id);
     port->second.out.erase(id);
     if (was_reader) tell_readers(port->second);
+    tell_writers(port->second);
   }
 
   void on_lost(std::size_t messages) override { lost_ += messages; }
@@ -393,6 +397,17 @@ class Host final : public PortHost, public ConnectionOwner, public AdminActions 
     port.spec.on_readers(readers);
   }
 
+  // connections with a port's name: people and tools that only ask have none
+  void tell_writers(const HostedPort& port) {
+    if (!port.spec.on_writers) return;
+    std::size_t writers = 0;
+    for (const std::uint64_t id : port.in) {
+      const InConnection& in = *ins_.at(id);
+      writers += in.is_opened() && !in.is_reversed && in.sender.starts_with('/') ? 1 : 0;
+    }
+    port.spec.on_writers(writers);
+  }
+
   void give(const std::string& name, const std::shared_ptr<const Content>& content,
             const std::string& envelope) {
     const auto port = ports_.find(name);
@@ -411,7 +426,7 @@ class Host final : public PortHost, public ConnectionOwner, public AdminActions 
                   const std::function<void(Status)>& done) {
     const auto port = ports_.find(output);
     if (port == ports_.end()) return done(Error{ErrorCode::kNotFound, "the port is gone"});
-    if (!is_loopback(contact.host)) {
+    if (!options_.network && !is_loopback(contact.host)) {
       return done(
           Error{ErrorCode::kUnsupported,
                 fmt::format("Cannot connect to {}: {} is not on this computer", contact.name, contact.host)});
@@ -447,6 +462,7 @@ class Host final : public PortHost, public ConnectionOwner, public AdminActions 
       }
     }
     in.accept(opened.sender, port.number, options_.host);
+    tell_writers(port);
   }
 
   void handle(InConnection& in, HostedPort& port, Data& data) {

@@ -160,13 +160,13 @@ std::vector<std::string> to_datagrams(std::string_view message) {
   constexpr std::size_t kPiece = kDatagramBytes - kDatagramHeaderBytes;
   std::vector<std::string> out;
   for (std::int32_t count = 0; !message.empty(); ++count) {
-    std::string checked;
-    put(checked, count);
-    checked += message.substr(0, kPiece);
-    message.remove_prefix(std::min(kPiece, message.size()));
+    const std::string_view piece = message.substr(0, kPiece);
+    message.remove_prefix(piece.size());
     std::string datagram;
-    put(datagram, crc32(checked));
-    out.push_back(datagram + checked);
+    put(datagram, crc32(piece));
+    put(datagram, count);
+    datagram += piece;
+    out.push_back(std::move(datagram));
   }
   return out;
 }
@@ -175,7 +175,7 @@ std::optional<DatagramReader::Piece> DatagramReader::take(std::string_view datag
   if (datagram.size() < kDatagramHeaderBytes) return std::nullopt;
   const auto count = get_at<std::int32_t>(datagram, 4);
   if (count == -1) return std::nullopt;  // only wakes the receiver up
-  if (crc32(datagram.substr(4)) != get_at<std::uint32_t>(datagram, 0) || count < 0) {
+  if (crc32(datagram.substr(kDatagramHeaderBytes)) != get_at<std::uint32_t>(datagram, 0) || count < 0) {
     broken_ = true;
     return std::nullopt;
   }

@@ -16,6 +16,7 @@ namespace nido {
 //     get encs              ->  [is] encs (0.0 12.5 ...) [tsta] 7 1.230000 [ok]
 //     set pos 3 45          ->  [ok]
 //     set pos 99 45         ->  [fail] "joint 99 does not exist: joints are 0..15"
+//     get encz              ->  [fail] "'get encz': 'encz' cannot be got: did you mean 'get encs'?"
 //     dance                 ->  [nak] "..."
 //
 // A line that is refused changes nothing. Thread-safe.
@@ -27,7 +28,7 @@ class ControlBoardText {
   // Never throws and never fails: what is wrong is said in the answer.
   [[nodiscard]] std::string reply(const std::string& line);
 
-  // What `help` answers: one line for each form.
+  // What `help` answers: [many] and one string for each form.
   [[nodiscard]] static const std::string& help();
 
  private:

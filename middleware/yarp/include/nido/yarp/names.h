@@ -53,6 +53,8 @@ class NameRegistry {
   void add_own(const Contact& contact);
   void remove_own(const std::string& name);
 
+  // Whether a port number belongs to a name, or was given to one.
+  [[nodiscard]] bool is_taken(int port) const { return taken_.contains(port); }
   [[nodiscard]] std::optional<Contact> find(const std::string& name) const;
   [[nodiscard]] std::vector<Contact> list(const std::string& prefix) const;
 

@@ -59,6 +59,8 @@ struct PortSpec {
   std::function<void(Incoming)> on_message;
   // How many connections there are to send to; called at every change.
   std::function<void(std::size_t)> on_readers;
+  // How many ports are connected to this one to write; called at every change.
+  std::function<void(std::size_t)> on_writers;
   // Connections that are made in another way than YARP's (both ends are ours): `[add]` and `[del]` ask here
   // first. Nothing: the ordinary way.
   using Done = std::function<void(Status)>;
@@ -68,7 +70,11 @@ struct PortSpec {
 
 struct PortHostOptions {
   std::string host = "127.0.0.1";  // listened on and announced; a loopback address
-  int names_port = 10000;          // name server
+  // Other computers may connect, and are connected to: only for ports that take no commands, since there is
+  // no secret between the two ends.
+  bool network = false;
+  std::string names_host{};  // of the name server that is registered at; empty: host
+  int names_port = 10000;    // name server
   // Serve names here; or register at the server that answers there.
   enum class Names { kServe, kRegister } names = Names::kServe;
   int first_port = 0;              // of the ports: counted up from here; 0: the system chooses

@@ -1,0 +1,102 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "nido/interfaces/audio.h"
+#include "nido/interfaces/camera.h"
+#include "nido/interfaces/control_board.h"
+#include "nido/interfaces/inertial.h"
+#include "nido/interfaces/touch.h"
+#include "nido/interfaces/world.h"
+#include "nido/yarp/bottle.h"
+
+namespace nido::yarp {
+
+// A YARP network that devices of a robot are reached through: a name server, and ports of our own that theirs
+// are connected to. Connections that end, because a computer of the robot restarts, are made again.
+// Thread-safe.
+struct NetworkOptions {
+  std::string names_host = "127.0.0.1";
+  int names_port = 10'000;
+  // This computer's address, as the robot's computers see it. One that is not loopback opens our ports to the
+  // robot's network; they take readings, no commands.
+  std::string own_host = "127.0.0.1";
+  std::string local = "/nido";  // first part of our own ports' names
+  double timeout_s = 2.0;       // for each answer
+  std::function<void(const std::string&)> log = [](const std::string&) {};
+};
+
+class Network {
+ public:
+  // Fails with kNotFound when no name server answers.
+  static Result<std::shared_ptr<Network>> open(NetworkOptions options);
+  virtual ~Network() = default;
+
+  // Takes what an output of the network gives, on a thread of the network, as long as the returned object
+  // lives.
+  class Subscription {
+   public:
+    virtual ~Subscription() = default;
+  };
+  using OnMessage = std::function<void(const std::string& bytes, const std::string& envelope)>;
+  virtual Result<std::unique_ptr<Subscription>> subscribe(const std::string& remote, const std::string& local,
+                                                          std::size_t longest_message,
+                                                          OnMessage on_message) = 0;
+
+  // Sends to an input of the network; what is sent while nobody takes it is lost.
+  class Stream {
+   public:
+    virtual ~Stream() = default;
+    virtual Status send(Bottle message) = 0;
+  };
+  virtual Result<std::unique_ptr<Stream>> stream_to(const std::string& remote, const std::string& local) = 0;
+
+  // Asks a port and waits for its answer. kNotFound: nobody has this name; kTimeout: no answer in time.
+  virtual Result<Bottle> ask(const std::string& remote, const Bottle& request) = 0;
+};
+
+// Which time the readings of devices have.
+enum class StampMode {
+  kRemote,      // as the far side's clock says
+  kCalibrated,  // moved onto this side's clock, by the smallest delay seen in the last seconds
+};
+
+struct RemoteDevice {
+  std::string remote;  // stem of the far side's ports: "/icub/left_arm"
+  std::string local;   // stem of ours, after the network's: "/left_arm"
+  StampMode stamps = StampMode::kCalibrated;
+  std::function<std::int64_t()> now_ns = [] { return std::int64_t{0}; };  // this side's clock
+};
+
+// Devices on the far side of YARP's protocol 3.x, as remote_controlboard and the others see them. They fail
+// with kNotFound when the far side is not there at the start; later it may go and come.
+
+// REMOTE/rpc:i, REMOTE/command:i, REMOTE/stateExt:o. A command switches the mode of its joints first if they
+// are in another one. max_torque_Nm: of joints whose board does not tell it.
+Result<std::unique_ptr<IControlBoard>> yarp_control_board(std::shared_ptr<Network> network,
+                                                          const RemoteDevice& device, double max_torque_Nm);
+// REMOTE (pictures) and REMOTE/rpc (the lens). `info` is what is taken when the far side does not tell of its
+// lens.
+Result<std::unique_ptr<ICamera>> yarp_camera(std::shared_ptr<Network> network, const RemoteDevice& device,
+                                             const CameraInfo& info);
+// REMOTE: 192 taxels of a hand. A pad is touched when a taxel of it is above `threshold` (of 255); 255 is
+// full_scale_N.
+Result<std::unique_ptr<ITouch>> yarp_touch(std::shared_ptr<Network> network, const RemoteDevice& device,
+                                           double threshold, double full_scale_N);
+// REMOTE: six numbers, force and torque.
+Result<std::unique_ptr<IForceTorque>> yarp_force_torque(std::shared_ptr<Network> network,
+                                                        const RemoteDevice& device);
+// REMOTE: twelve numbers, angles in degrees, acceleration, angular velocity in degrees/s.
+Result<std::unique_ptr<IInertial>> yarp_inertial(std::shared_ptr<Network> network,
+                                                 const RemoteDevice& device);
+// REMOTE: sound, one or more channels at `sample_rate_hz`.
+Result<std::unique_ptr<IAudioGrabberSound>> yarp_audio(std::shared_ptr<Network> network,
+                                                       const RemoteDevice& device, int sample_rate_hz,
+                                                       int channels);
+// REMOTE: the world port of a simulator.
+Result<std::unique_ptr<IWorld>> yarp_world(std::shared_ptr<Network> network, const RemoteDevice& device);
+
+}  // namespace nido::yarp
