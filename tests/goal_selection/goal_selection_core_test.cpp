@@ -193,6 +193,14 @@ class GoalSelectionCoreTest : public testing::Test {
     }
   }
 
+  // somebody says something now
+  void hear(const std::string& text) {
+    GoalSelectionInputs in = body_.sense(now_);
+    in.heard.push_back({text, 0.9, true, ""});
+    step(in);
+    now_ += 0.01;
+  }
+
   void step(const GoalSelectionInputs& in) {
     const GoalSelectionOutputs out = sut_->step(now_, in);
     for (const auto& line : out.stages) {
@@ -395,18 +403,71 @@ TEST_F(GoalSelectionCoreTest, SilentNodesEndInASentence) {
   EXPECT_NE(story_.back().text.find("did not finish"), std::string::npos) << story();
 }
 
-TEST_F(GoalSelectionCoreTest, APhraseDuringAJobIsRefused) {
+TEST_F(GoalSelectionCoreTest, APhraseDuringAJobWaitsItsTurn) {
   run("drop blue cube into basket", 3.0);
-  GoalSelectionInputs in = body_.sense(now_);
-  in.heard.push_back({"reach red ball", 0.9, true, ""});
-  step(in);
+  hear("reach red ball");
   ASSERT_FALSE(story_.empty());
-  EXPECT_EQ(story_.back().stage, "heard");
-  EXPECT_EQ(story_.back().state, "failed");
-  EXPECT_NE(story_.back().text.find("busy"), std::string::npos) << story();
+  EXPECT_NE(story_.back().text.find("when I am done"), std::string::npos) << story();
   run("", 100.0);
   EXPECT_TRUE(done_) << story();
   EXPECT_EQ(body_.count("reach reach"), 0);
+  run("", 100.0);
+  EXPECT_TRUE(done_) << story();
+  EXPECT_EQ(body_.count("reach reach"), 1);
+  EXPECT_EQ(body_.asked.back(), "reach reach");
+}
+
+TEST_F(GoalSelectionCoreTest, TooManyPhrasesAreRefused) {
+  run("drop blue cube into basket", 3.0);
+  for (std::size_t i = 0; i < GoalSelectionCore::kMostWaiting; ++i) hear("reach red ball");
+  hear("reach red ball");
+  EXPECT_EQ(story_.back().state, "failed");
+  EXPECT_NE(story_.back().text.find("busy"), std::string::npos) << story();
+}
+
+TEST_F(GoalSelectionCoreTest, StopEndsTheJobInTheStepThatHearsIt) {
+  for (const double after_s : {0.5, 1.2, 2.0, 3.0, 4.5, 6.0, 8.0}) {
+    SetUp();
+    body_ = {};
+    story_.clear();
+    run("drop blue cube into basket", after_s);
+    ASSERT_FALSE(done_ || failed_) << story();
+    hear("reach red ball");
+    hear("stop");
+    EXPECT_TRUE(failed_) << after_s;
+    EXPECT_NE(story_.back().text.find("I stop"), std::string::npos) << story();
+    EXPECT_EQ(sut_->doing(), "listening");
+    EXPECT_EQ(body_.count("reach stop"), 1);
+    // nothing more is done, and what waited is forgotten
+    const auto asked = body_.asked.size();
+    run("", 20.0);
+    EXPECT_EQ(body_.asked.size(), asked) << after_s;
+    EXPECT_FALSE(done_) << story();
+  }
+}
+
+TEST_F(GoalSelectionCoreTest, StopKeepsWhatIsHeldAndTheNextPhraseGoesOnWithIt) {
+  for (int i = 0; i < 4000 && body_.count("reach carry") == 0; ++i) {
+    run(i == 0 ? "drop blue cube into basket" : "", 0.01 + (i == 0 ? 1.0 : 0.0));
+  }
+  ASSERT_EQ(body_.held, "blue cube") << story();
+  hear("stop");
+  EXPECT_NE(story_.back().text.find("I keep the blue cube"), std::string::npos) << story();
+  EXPECT_EQ(body_.count("grasp stop"), 0);
+  EXPECT_EQ(body_.held, "blue cube");
+  run("drop blue cube into basket");
+  EXPECT_TRUE(done_) << story();
+  EXPECT_EQ(body_.count("grasp grasp"), 1) << story();
+  EXPECT_NEAR(body_.things["blue cube"].p.y(), body_.things["basket"].p.y(), 1e-6);
+}
+
+TEST_F(GoalSelectionCoreTest, StopWhileIdleMovesNothing) {
+  run("", 1.0);
+  hear("stop");
+  EXPECT_FALSE(failed_);
+  EXPECT_EQ(body_.count("reach stop"), 1);
+  run("reach red ball");
+  EXPECT_TRUE(done_) << story();
 }
 
 TEST_F(GoalSelectionCoreTest, PositionsAreMediansOfSureViews) {

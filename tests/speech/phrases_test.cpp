@@ -108,7 +108,7 @@ TEST(LanguageModel, EveryHistoryIsAProbabilityDistribution) {
   for (const auto& [gram, values] : grams) {
     if (gram.size() == 1 && gram[0] != "<s>") vocabulary.push_back(gram[0]);
   }
-  EXPECT_EQ(vocabulary.size(), 13U);  // 12 words and the end of the sentence
+  EXPECT_EQ(vocabulary.size(), 14U);  // 12 words, "stop" and the end of the sentence
   std::size_t histories = 0;
   for (const auto& [history, values] : grams) {
     if (history.size() > 2 || history.back() == "</s>") continue;

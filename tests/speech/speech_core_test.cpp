@@ -70,9 +70,12 @@ TEST_F(SpeechCoreTest, HearsEveryPhraseOfTheDefaultVoice) {
 TEST_F(SpeechCoreTest, HearsMostPhrasesOfOtherVoicesAndSpeeds) {
   int right = 0;
   int wrong = 0;
-  int said = 0;
-  for (const Voice& voice : {Voice{"en-us+f3", 150, 50}, Voice{"en-gb", 150, 50}, Voice{"en-us", 175, 50}}) {
-    for (const auto& phrase : book_.phrases) {
+  std::size_t said = 0;
+  // none of these was used to choose pronunciations and costs
+  for (const Voice& voice :
+       {Voice{"en-us+f1", 160, 50}, Voice{"en-gb+m2", 135, 50}, Voice{"en-us+m7", 190, 50}}) {
+    for (std::size_t i = said % 3; i < book_.phrases.size(); i += 3) {
+      const auto& phrase = book_.phrases[i];
       for (const auto& heard : say(phrase.text, voice)) {
         right += heard.text == phrase.text ? 1 : 0;
         wrong += heard.accepted && heard.text != phrase.text ? 1 : 0;
@@ -82,14 +85,14 @@ TEST_F(SpeechCoreTest, HearsMostPhrasesOfOtherVoicesAndSpeeds) {
   }
   RecordProperty("right", right);
   RecordProperty("wrong", wrong);
-  EXPECT_GE(right, said * 9 / 10);
-  EXPECT_LE(wrong, said / 20);
+  EXPECT_GE(right, 25);  // of 28
+  EXPECT_LE(wrong, 1);
 }
 
 TEST_F(SpeechCoreTest, RejectsOtherSpeechAndSaysWhy) {
   for (const char* sentence :
-       {"hello robot how are you", "one two three four five", "seven eight nine", "the weather is nice today",
-        "put the cube on the table", "go forward ten meters"}) {
+       {"hello robot how are you", "one two three four five", "put the cube on the table", "yellow cube",
+        "drop yellow cube into basket", "reach blue plate", "drop blue cube", "blue"}) {
     const auto heard = say(sentence);
     ASSERT_FALSE(heard.empty()) << sentence;
     for (const auto& utterance : heard) {

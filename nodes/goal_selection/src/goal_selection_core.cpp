@@ -71,6 +71,12 @@ GoalSelectionOutputs GoalSelectionCore::step(double now_s, const GoalSelectionIn
   for (const PhraseHeard& heard : inputs.heard) {
     hear(heard);
   }
+  if (state_ == State::kListen && !waiting_.empty()) {
+    const std::size_t next = waiting_.front();
+    waiting_.pop_front();
+    begin(next);
+    say("heard", "done", fmt::format("Now \"{}\", as I heard before.", book_.phrases[next].text));
+  }
   if (state_ != State::kListen) {
     if (now_s_ - job_started_s_ > settings_.job_limit_s) {
       finish(false, fmt::format("I give up: this took more than {:.0f} s.", settings_.job_limit_s));
@@ -128,8 +134,15 @@ void GoalSelectionCore::take_in(const GoalSelectionInputs& inputs) {
 }
 
 void GoalSelectionCore::hear(const PhraseHeard& heard) {
+  if (heard.accepted && book_.interrupts(heard.text)) return interrupt(heard.text);
   const bool busy = state_ != State::kListen;
   const auto known = heard.accepted ? book_.find(heard.text) : std::nullopt;
+  if (busy && known && waiting_.size() < kMostWaiting) {
+    waiting_.push_back(*known);
+    say("heard", "begin",
+        fmt::format("I heard \"{}\" and do that when I am done with {}.", heard.text, doing_));
+    return;
+  }
   if (busy) {
     say("heard", "failed",
         fmt::format("I heard {} but I am busy {}: say it again later.",
@@ -143,12 +156,39 @@ void GoalSelectionCore::hear(const PhraseHeard& heard) {
     finish(false, fmt::format("I stay idle: {}.", reason));
     return;
   }
-  phrase_ = *known;
+  begin(*known);
+  say("heard", "done", fmt::format("I heard \"{}\" (confidence {:.2f}).", heard.text, heard.confidence));
+}
+
+void GoalSelectionCore::begin(std::size_t phrase) {
+  phrase_ = phrase;
   chosen_ = false;
   try_number_ = 1;
   job_started_s_ = now_s_;
   enter(State::kFind, "looking for the " + object_name());
-  say("heard", "done", fmt::format("I heard \"{}\" (confidence {:.2f}).", heard.text, heard.confidence));
+}
+
+std::string GoalSelectionCore::in_hand() const {
+  return now_s_ - last_touch_s_ <= settings_.lost_touch_s ? held_ : "";
+}
+
+void GoalSelectionCore::interrupt(const std::string& text) {
+  waiting_.clear();
+  const bool busy = state_ != State::kListen;
+  // the arm may be on its way home though no job is left
+  ask_reach("stop", target_.p_RootObject_m);
+  // fingers that hold something must go on pressing
+  const bool closed = grasp_.action == "grasp" && grasp_.progress == Progress::kDone;
+  if (!closed) ask_grasp("stop");
+  if (busy && closed && state_ != State::kRelease && held_.empty() && was_felt_) held_ = object_name();
+  const std::string kept = in_hand();
+  const std::string keeps = kept.empty() ? "" : fmt::format(" I keep the {} in my hand.", kept);
+  if (!busy) {
+    say("heard", "begin", fmt::format("I heard \"{}\" and do not move.{}", text, keeps));
+    return;
+  }
+  say("heard", "begin", fmt::format("I heard \"{}\".", text));
+  finish(false, fmt::format("I stop {}, as I was told.{}", doing_, keeps));
 }
 
 void GoalSelectionCore::enter(State state, const std::string& doing) {
@@ -170,6 +210,7 @@ void GoalSelectionCore::ask_reach(const std::string& action, const Eigen::Vector
 }
 
 void GoalSelectionCore::ask_grasp(const std::string& action) {
+  if (action == "open" || action == "release") held_.clear();
   grasp_ = {next_id_++, action, now_s_ + settings_.grasp_limit_s, Progress::kRunning, ""};
   out_.grasp.push_back(
       {grasp_.id, action, object_name(), target_.p_RootObject_m, target_.size_m, target_.yaw_rad});

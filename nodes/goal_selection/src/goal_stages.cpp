@@ -132,6 +132,17 @@ void GoalSelectionCore::step_fixate() {
       break;
     case Action::kGrasp:
     case Action::kDrop:
+      if (in_hand() == object_name()) {
+        // an earlier job ended with it in the hand
+        was_felt_ = true;
+        say("grasped", "done", fmt::format("I hold the {} already.", object_name()));
+        if (action_ == Action::kGrasp) {
+          enter(State::kHold, "holding the " + object_name());
+        } else {
+          enter(State::kFindBasket, "looking for the basket");
+        }
+        break;
+      }
       ask_grasp("open");
       ask_reach("pregrasp", target_.p_RootObject_m);
       say("reached", "begin", fmt::format("I open my hand and reach for the {}.", object_name()));
@@ -219,6 +230,7 @@ void GoalSelectionCore::step_check_lift() {
   say("grasped", "done",
       fmt::format("I hold the {}: {}.", object_name(),
                   seen_lifted ? "I see it in my hand, off the table" : "it is no longer where it stood"));
+  held_ = object_name();
   if (action_ == Action::kGrasp) {
     enter(State::kHold, "holding the " + object_name());
   } else {

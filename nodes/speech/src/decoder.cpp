@@ -53,9 +53,9 @@ class TemporaryFile {
   std::string path_;
 };
 
-std::string dictionary_text(const PhraseBook& book) {
+std::string dictionary_text(const Decoder::Sounds& sounds) {
   std::string text;
-  for (const auto& [word, pronunciations] : book.pronunciations) {
+  for (const auto& [word, pronunciations] : sounds) {
     for (std::size_t i = 0; i < pronunciations.size(); ++i) {
       text += i == 0 ? fmt::format("{} {}\n", word, pronunciations[i])
                      : fmt::format("{}({}) {}\n", word, i + 1, pronunciations[i]);
@@ -97,21 +97,41 @@ std::map<std::string, double> weigh(ps_decoder_t* decoder) {
 void Decoder::Free::operator()(ps_decoder_s* decoder) const { ps_free(decoder); }
 
 Result<Decoder> Decoder::create(const PhraseBook& book, const std::string& acoustic_model, Model model,
-                                int end_silence_frames) {
+                                int end_silence_frames, const Sounds& rivals) {
   err_set_logfp(nullptr);
-  const auto dictionary = TemporaryFile::create(dictionary_text(book));
+  Sounds sounds = book.pronunciations;
+  sounds.insert(rivals.begin(), rivals.end());
+  const auto dictionary = TemporaryFile::create(dictionary_text(sounds));
   if (!dictionary) return dictionary.error();
-  const auto language =
-      TemporaryFile::create(model == Model::kGrammar ? jsgf_grammar(book) : arpa_trigram(book));
+  struct Kind {
+    const char* option;
+    std::string text;
+    const char* weight;  // of the language against the sound
+    const char* beam;
+    const char* word_beam;
+  };
+  // wide beams where the vocabulary is tiny, so that pruning saves nothing and costs phrases
+  const auto kind = [&]() -> Kind {
+    switch (model) {
+      case Model::kGrammar:
+        return {"-jsgf", jsgf_grammar(book), "3", "1e-80", "1e-60"};
+      case Model::kTrigram:
+        return {"-lm", arpa_trigram(book), "3", "1e-80", "1e-60"};
+      case Model::kOpen:
+        break;
+    }
+    std::vector<std::string> words;
+    for (const auto& [word, pronunciations] : rivals) words.push_back(word);
+    return {"-fsg", open_grammar(book, words), "1", "1e-40", "1e-30"};
+  }();
+  const auto language = TemporaryFile::create(kind.text);
   if (!language) return language.error();
 
-  // wide beams: the vocabulary is tiny, so that pruning saves nothing and costs phrases
   const std::string end_silence = fmt::format("{}", end_silence_frames);
-  cmd_ln_t* config =
-      cmd_ln_init(nullptr, ps_args(), TRUE, "-hmm", acoustic_model.c_str(), "-dict", dictionary->path(),
-                  model == Model::kGrammar ? "-jsgf" : "-lm", language->path(), "-beam", "1e-80", "-wbeam",
-                  "1e-60", "-pbeam", "1e-80", "-lw", "3", "-silprob", "0.1", "-vad_postspeech",
-                  end_silence.c_str(), "-logfn", "/dev/null", nullptr);
+  cmd_ln_t* config = cmd_ln_init(
+      nullptr, ps_args(), TRUE, "-hmm", acoustic_model.c_str(), "-dict", dictionary->path(), kind.option,
+      language->path(), "-beam", kind.beam, "-wbeam", kind.word_beam, "-pbeam", kind.beam, "-lw", kind.weight,
+      "-silprob", "0.01", "-vad_postspeech", end_silence.c_str(), "-logfn", "/dev/null", nullptr);
   if (config == nullptr) {
     return Error{ErrorCode::kFailed, "PocketSphinx refuses its settings: is another version installed?"};
   }

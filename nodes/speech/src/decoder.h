@@ -16,15 +16,18 @@ namespace nido {
 // One PocketSphinx decoder over the small dictionary of a phrase book. Not thread-safe.
 class Decoder {
  public:
-  enum class Model { kGrammar, kTrigram };
+  // kOpen: the phrases beside everything else (open_grammar)
+  enum class Model { kGrammar, kTrigram, kOpen };
   struct Hypothesis {
     std::string text;                     // empty: nothing found
     std::map<std::string, double> share;  // of the weight of all that might have been said, by text; sum 1
   };
 
-  // `end_silence_frames`: frames of 10 ms.
+  using Sounds = std::map<std::string, std::vector<std::string>>;  // word -> phones
+
+  // `end_silence_frames`: frames of 10 ms. `rivals`: other words and how they sound, of kOpen.
   static Result<Decoder> create(const PhraseBook& book, const std::string& acoustic_model, Model model,
-                                int end_silence_frames);
+                                int end_silence_frames, const Sounds& rivals = {});
 
   // Listening as sound comes: start, process piece by piece (returns whether speech is going on), end.
   void start();

@@ -15,8 +15,8 @@ using Gram = std::vector<std::string>;
 // how often each sequence of `order` words comes in the phrases, with sentence marks
 std::map<Gram, double> count_grams(const PhraseBook& book, std::size_t order) {
   std::map<Gram, double> counts;
-  for (const auto& phrase : book.phrases) {
-    Gram words = split_words(phrase.text);
+  for (const auto& text : book.texts()) {
+    Gram words = split_words(text);
     words.insert(words.begin(), "<s>");
     words.push_back("</s>");
     for (std::size_t i = 0; i + order <= words.size(); ++i) {
@@ -34,10 +34,50 @@ constexpr double kNever = -99.0;  // log10 of a probability that is never used, 
 
 std::string jsgf_grammar(const PhraseBook& book) {
   std::string text = "#JSGF V1.0;\ngrammar phrases;\npublic <phrase> =\n";
-  for (std::size_t i = 0; i < book.phrases.size(); ++i) {
-    text += fmt::format("  {} {}\n", i == 0 ? " " : "|", book.phrases[i].text);
+  const auto texts = book.texts();
+  for (std::size_t i = 0; i < texts.size(); ++i) {
+    text += fmt::format("  {} {}\n", i == 0 ? " " : "|", texts[i]);
   }
   return text + "  ;\n";
+}
+
+std::string open_grammar(const PhraseBook& book, const std::vector<std::string>& rivals) {
+  // costs of a word in the loop, as natural logarithms (docs/speech.md)
+  constexpr double kOwnWord = -14.0;
+  constexpr double kRival = -50.0;
+  constexpr double kBranch = 0.5;  // of a word inside a phrase
+  constexpr int kFinal = 1;
+  std::string transitions;
+  const auto connect = [&transitions](int from, int to, double probability, const std::string& word) {
+    transitions += fmt::format("TRANSITION {} {} {:.6g} {}\n", from, to, probability, word);
+  };
+  // the phrases as a tree
+  const auto texts = book.texts();
+  int states = 2;
+  std::map<std::pair<int, std::string>, int> branches;
+  for (const auto& text : texts) {
+    const Gram words = split_words(text);
+    int state = 0;
+    for (std::size_t i = 0; i < words.size(); ++i) {
+      const double probability = state == 0 ? 1.0 / static_cast<double>(texts.size()) : kBranch;
+      if (i + 1 == words.size()) {
+        connect(state, kFinal, probability, words[i]);
+        break;
+      }
+      const auto [branch, is_new] = branches.try_emplace({state, words[i]}, states);
+      if (is_new) connect(state, states++, probability, words[i]);
+      state = branch->second;
+    }
+  }
+  // everything else
+  const int loop = states++;
+  for (const int from : {0, loop}) {
+    for (const auto& [word, sounds] : book.pronunciations) connect(from, loop, std::exp(kOwnWord), word);
+    for (const auto& word : rivals) connect(from, loop, std::exp(kRival), word);
+  }
+  connect(loop, kFinal, 1.0, "");
+  return fmt::format("FSG_BEGIN phrases\nNUM_STATES {}\nSTART_STATE 0\nFINAL_STATE {}\n{}FSG_END\n", states,
+                     kFinal, transitions);
 }
 
 std::string arpa_trigram(const PhraseBook& book) {

@@ -51,6 +51,41 @@ Result<YAML::Node> section(const std::string& path, const YAML::Node& root, cons
   return node;
 }
 
+// the file beside the phrases: what is said besides
+Status load_other_words(const std::string& path, PhraseBook& book) {
+  const YAML::Node root = YAML::LoadFile(path);
+  if (!root.IsMap()) return at(path, root, "expected a map with the sections interruptions, other_words");
+  for (const auto& entry : root) {
+    const auto key = entry.first.as<std::string>();
+    if (key != "interruptions" && key != "other_words") {
+      return at(path, entry.first,
+                fmt::format("unknown section '{}'; allowed are interruptions, other_words", key));
+    }
+  }
+  for (const auto& [key, list] :
+       {std::pair{"interruptions", &book.interruptions}, {"other_words", &book.other_words}}) {
+    if (!root[key]) continue;
+    const auto texts = section(path, root, key, true);
+    if (!texts) return texts.error();
+    for (const auto& node : *texts) {
+      list->push_back(fmt::format("{}", fmt::join(split_words(node.as<std::string>()), " ")));
+      const std::string& text = list->back();
+      const bool interruption = list == &book.interruptions;
+      if (text.empty() || book.find(text))
+        return at(path, node, fmt::format("'{}' is empty or a phrase", text));
+      for (const auto& word : split_words(text)) {
+        if (interruption && !book.pronunciations.contains(word)) {
+          return at(path, node, fmt::format("the word '{}' has no entry in pronunciations", word));
+        }
+      }
+      if (!interruption && (split_words(text).size() != 1 || book.pronunciations.contains(text))) {
+        return at(path, node, fmt::format("'{}' is not one word, or a word of the phrases", text));
+      }
+    }
+  }
+  return {};
+}
+
 }  // namespace
 
 const char* verb_name(Verb verb) {
@@ -65,6 +100,49 @@ const char* verb_name(Verb verb) {
       return "drop";
   }
   return "?";
+}
+
+std::optional<Verb> verb_of(const std::string& name) {
+  const auto found = std::find_if(kAllVerbs.begin(), kAllVerbs.end(),
+                                  [&](Verb candidate) { return name == verb_name(candidate); });
+  if (found == kAllVerbs.end()) return std::nullopt;
+  return *found;
+}
+
+bool PhraseBook::interrupts(const std::string& text) const {
+  return std::find(interruptions.begin(), interruptions.end(), text) != interruptions.end();
+}
+
+std::vector<std::string> PhraseBook::texts() const {
+  std::vector<std::string> all;
+  for (const auto& phrase : phrases) all.push_back(phrase.text);
+  all.insert(all.end(), interruptions.begin(), interruptions.end());
+  return all;
+}
+
+Status PhraseBook::add(const std::string& text, Verb verb, const NamedObject& object) {
+  const auto refuse = [](const std::string& sentence) {
+    return Error{ErrorCode::kInvalidArgument, sentence};
+  };
+  const std::string clean = fmt::format("{}", fmt::join(split_words(text), " "));
+  if (clean.empty()) return refuse("there is no text to add");
+  if (find(clean) || interrupts(clean)) return refuse(fmt::format("'{}' is known already", clean));
+  for (const auto& word : split_words(clean)) {
+    if (!pronunciations.contains(word)) {
+      return refuse(fmt::format("the word '{}' has no pronunciation", word));
+    }
+  }
+  const auto known = std::find_if(objects.begin(), objects.end(), [&](const NamedObject& candidate) {
+    return candidate.name == object.name;
+  });
+  if (known != objects.end() && (known->colour != object.colour || known->shape != object.shape)) {
+    return refuse(fmt::format("the {} is known as {} {}, not {} {}", object.name, known->colour, known->shape,
+                              object.colour, object.shape));
+  }
+  const auto index = static_cast<std::size_t>(known - objects.begin());
+  if (known == objects.end()) objects.push_back(object);
+  phrases.push_back({clean, verb, index});
+  return {};
 }
 
 std::vector<std::string> split_words(const std::string& text) {
@@ -135,9 +213,8 @@ Result<PhraseBook> PhraseBook::load(const std::string& path) {
       Phrase phrase;
       phrase.text = fmt::format("{}", fmt::join(split_words(node["text"].as<std::string>()), " "));
       const auto verb = node["verb"].as<std::string>();
-      const auto found_verb = std::find_if(kAllVerbs.begin(), kAllVerbs.end(),
-                                           [&](Verb candidate) { return verb == verb_name(candidate); });
-      if (found_verb == kAllVerbs.end()) {
+      const auto found_verb = verb_of(verb);
+      if (!found_verb) {
         return at(path, node["verb"],
                   fmt::format("unknown verb '{}'; allowed are look, reach, grasp, drop", verb));
       }
@@ -162,6 +239,10 @@ Result<PhraseBook> PhraseBook::load(const std::string& path) {
     }
     if (book.phrases.empty()) {
       return at(path, root["phrases"], "there is no phrase");
+    }
+    const auto beside = std::filesystem::path(path).parent_path() / "other_words.yaml";
+    if (std::filesystem::exists(beside)) {
+      if (const Status read = load_other_words(beside.string(), book); !read) return read.error();
     }
     return book;
   } catch (const YAML::Exception& e) {

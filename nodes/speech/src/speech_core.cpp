@@ -6,10 +6,12 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
+#include <future>
 #include <optional>
 #include <random>
 
 #include "decoder.h"
+#include "lexicon.h"
 
 namespace nido {
 
@@ -27,6 +29,10 @@ constexpr double kBackgroundRise = 1.004;  // a chunk: 1.7 dB a second
 constexpr double kSureAlone = 0.05;
 constexpr double kLoudnessRange =
     3.0;  // speech has moments so much louder than its background; steady noise has not
+
+constexpr const char* kDictionary = "/usr/share/pocketsphinx/model/en-us/cmudict-en-us.dict";
+// a word that differs in so many phones from one of the phrases cannot be told from it
+constexpr std::size_t kTooNear = 1;
 
 constexpr std::array<const char*, 2> kModelPlaces = {"/usr/share/pocketsphinx/model/en-us/en-us",
                                                      "/usr/local/share/pocketsphinx/model/en-us/en-us"};
@@ -46,6 +52,26 @@ Result<std::string> find_acoustic_model(const std::string& wanted) {
   return Error{ErrorCode::kNotFound,
                fmt::format("the acoustic model {} is missing: install the package pocketsphinx-en-us",
                            kModelPlaces[0])};
+}
+
+// The book's other words and how they sound, without those that are too like a word of the phrases.
+Result<Decoder::Sounds> find_rivals(const PhraseBook& book, const std::string& dictionary) {
+  if (book.other_words.empty()) return Decoder::Sounds{};
+  auto rivals = look_up_pronunciations(dictionary.empty() ? kDictionary : dictionary,
+                                       {book.other_words.begin(), book.other_words.end()});
+  if (!rivals) return rivals.error();
+  const auto too_near = [&](const std::string& sound) {
+    return std::any_of(book.pronunciations.begin(), book.pronunciations.end(), [&](const auto& own) {
+      // as the word is known best: what other voices make of it is no measure
+      return phone_distance(sound, own.second.front()) <= kTooNear;
+    });
+  };
+  for (const auto& [word, sounds] : Decoder::Sounds(*rivals)) {
+    if (book.pronunciations.contains(word) || std::any_of(sounds.begin(), sounds.end(), too_near)) {
+      rivals->erase(word);
+    }
+  }
+  return rivals;
 }
 
 // Pink noise by three filters over white noise; root mean square about 1. The decoder's front end tracks
@@ -73,28 +99,50 @@ class PinkNoise {
 }  // namespace
 
 struct SpeechCore::Impl {
-  Impl(const PhraseBook& phrases, const SpeechSettings& s, Decoder grammar_decoder, Decoder trigram_decoder)
-      : book(phrases),
-        settings(s),
-        grammar(std::move(grammar_decoder)),
-        trigram(std::move(trigram_decoder)),
-        noise(s.seed) {
-    grammar.start();
-    trigram.start();
+  // The decoders of one book.
+  struct Decoders {
+    Decoder grammar;
+    Decoder trigram;
+    Decoder open;
+  };
+
+  Impl(const PhraseBook& phrases, const SpeechSettings& s, Decoders made)
+      : book(phrases), settings(s), decoders(std::move(made)), noise(s.seed) {
+    warm_up();
+  }
+
+  static Result<Decoders> make_decoders(const PhraseBook& book, const SpeechSettings& settings) {
+    const auto model = find_acoustic_model(settings.acoustic_model);
+    if (!model) return model.error();
+    const auto rivals = find_rivals(book, settings.dictionary);
+    if (!rivals) return rivals.error();
+    const int frames = static_cast<int>(std::lround(settings.end_silence_s * 100.0));
+    auto grammar = Decoder::create(book, *model, Decoder::Model::kGrammar, frames);
+    if (!grammar) return grammar.error();
+    auto trigram = Decoder::create(book, *model, Decoder::Model::kTrigram, frames);
+    if (!trigram) return trigram.error();
+    auto open = Decoder::create(book, *model, Decoder::Model::kOpen, frames, *rivals);
+    if (!open) return open.error();
+    return Decoders{std::move(grammar).value(), std::move(trigram).value(), std::move(open).value()};
+  }
+
+  // lets the decoders hear the room before they listen
+  void warm_up() {
     std::array<std::int16_t, kChunk> silence{};
+    for (Decoder* decoder : {&decoders.grammar, &decoders.trigram, &decoders.open}) decoder->start();
     for (int i = 0; i < kWarmUpChunks; ++i) {
       add_noise(silence);
-      grammar.process(silence.data(), silence.size());
-      trigram.process(silence.data(), silence.size());
+      for (Decoder* decoder : {&decoders.grammar, &decoders.trigram, &decoders.open}) {
+        decoder->process(silence.data(), silence.size());
+      }
       silence.fill(0);
     }
-    grammar.end();
-    trigram.end();
+    for (Decoder* decoder : {&decoders.grammar, &decoders.trigram, &decoders.open}) decoder->end();
     start();
   }
 
   void start() {
-    grammar.start();
+    decoders.grammar.start();
     utterance.clear();
     speaking = false;
     speech_s = 0.0;
@@ -109,6 +157,10 @@ struct SpeechCore::Impl {
     }
   }
 
+  [[nodiscard]] bool knows(const std::string& text) const {
+    return book.find(text).has_value() || book.interrupts(text);
+  }
+
   // works on one chunk; returns the utterance that ended in it
   std::optional<HeardPhrase> listen(std::array<std::int16_t, kChunk>& chunk) {
     double energy = 0.0;
@@ -120,7 +172,7 @@ struct SpeechCore::Impl {
     background = background ? std::min(*background * kBackgroundRise, loudness) : loudness;
     loudest = std::max(loudest, loudness / std::max(*background, 1.0));
     add_noise(chunk);
-    const bool speech_now = grammar.process(chunk.data(), chunk.size());
+    const bool speech_now = decoders.grammar.process(chunk.data(), chunk.size());
     now_s += kChunk_s;
     utterance.insert(utterance.end(), chunk.begin(), chunk.end());
     if (!speaking && !speech_now && utterance.size() > kBefore) {
@@ -136,7 +188,7 @@ struct SpeechCore::Impl {
 
   // ends the utterance and judges it; nothing for clicks
   std::optional<HeardPhrase> finish(double end_s) {
-    grammar.end();
+    decoders.grammar.end();
     const bool was_speaking = speaking;
     // the flag stays up through the silence that ends an utterance
     const double net_speech_s = speech_s - settings.end_silence_s;
@@ -145,9 +197,13 @@ struct SpeechCore::Impl {
     const bool worth_it = was_speaking && !steady && net_speech_s >= settings.shortest_s;
     Decoder::Hypothesis by_grammar;
     Decoder::Hypothesis by_trigram;
+    Decoder::Hypothesis by_open;
     if (worth_it && !too_long) {
-      by_grammar = grammar.decode(utterance);
-      by_trigram = trigram.decode(utterance);
+      // the answer is late by the slowest of them, not by all three
+      auto open = std::async(std::launch::async, [this] { return decoders.open.decode(utterance); });
+      by_grammar = decoders.grammar.decode(utterance);
+      by_trigram = decoders.trigram.decode(utterance);
+      by_open = open.get();
     }
     start();
     if (!worth_it) return std::nullopt;
@@ -157,10 +213,16 @@ struct SpeechCore::Impl {
     if (too_long) {
       heard.reason = fmt::format("no such phrase: somebody spoke for more than {:.0f} s without a pause",
                                  settings.longest_s);
-    } else if (by_grammar.text.empty() || !book.find(by_grammar.text)) {
+    } else if (!knows(by_grammar.text)) {
       heard.reason = "no such phrase: what was said sounds like none of those that I know";
+    } else if (!knows(by_open.text)) {
+      heard.reason =
+          by_open.text.empty()
+              ? "no such phrase: I heard something, but no words"
+              : fmt::format("no such phrase: what was said sounds more like \"{}\" than like \"{}\"",
+                            by_open.text, by_grammar.text);
     } else if (by_trigram.share[by_grammar.text] <
-               (book.find(by_trigram.text) ? settings.lowest_confidence : kSureAlone)) {
+               (knows(by_trigram.text) ? settings.lowest_confidence : kSureAlone)) {
       heard.reason = fmt::format("no such phrase: the nearest that I know is \"{}\", but it does not fit",
                                  by_grammar.text);
     } else {
@@ -173,8 +235,7 @@ struct SpeechCore::Impl {
 
   PhraseBook book;
   SpeechSettings settings;
-  Decoder grammar;
-  Decoder trigram;
+  Decoders decoders;
   PinkNoise noise;
   std::vector<std::int16_t> pending;    // samples that do not fill a chunk yet
   std::vector<std::int16_t> utterance;  // what is going on, and a little before it
@@ -202,15 +263,35 @@ Result<std::unique_ptr<SpeechCore>> SpeechCore::create(const PhraseBook& book,
     return Error{ErrorCode::kInvalidArgument,
                  fmt::format("noise_floor_db is {}; it must not be above 0", settings.noise_floor_db)};
   }
-  const auto model = find_acoustic_model(settings.acoustic_model);
-  if (!model) return model.error();
-  const int frames = static_cast<int>(std::lround(settings.end_silence_s * 100.0));
-  auto grammar = Decoder::create(book, *model, Decoder::Model::kGrammar, frames);
-  if (!grammar) return grammar.error();
-  auto trigram = Decoder::create(book, *model, Decoder::Model::kTrigram, frames);
-  if (!trigram) return trigram.error();
-  return std::unique_ptr<SpeechCore>(new SpeechCore(
-      std::make_unique<Impl>(book, settings, std::move(grammar).value(), std::move(trigram).value())));
+  auto decoders = Impl::make_decoders(book, settings);
+  if (!decoders) return decoders.error();
+  return std::unique_ptr<SpeechCore>(
+      new SpeechCore(std::make_unique<Impl>(book, settings, std::move(decoders).value())));
+}
+
+Status SpeechCore::set_book(const PhraseBook& book) {
+  auto decoders = Impl::make_decoders(book, impl_->settings);
+  if (!decoders) return decoders.error();
+  impl_->book = book;
+  impl_->decoders = std::move(decoders).value();
+  impl_->warm_up();
+  return {};
+}
+
+Result<std::map<std::string, std::vector<std::string>>> SpeechCore::pronunciations(
+    const std::vector<std::string>& words) const {
+  const std::string& dictionary = impl_->settings.dictionary;
+  auto found =
+      look_up_pronunciations(dictionary.empty() ? kDictionary : dictionary, {words.begin(), words.end()});
+  if (!found) return found.error();
+  for (const auto& word : words) {
+    if (!found->contains(word)) {
+      return Error{
+          ErrorCode::kNotFound,
+          fmt::format("the dictionary does not have the word '{}': say how it sounds in phrases.yaml", word)};
+    }
+  }
+  return found;
 }
 
 SpeechCore::SpeechCore(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}

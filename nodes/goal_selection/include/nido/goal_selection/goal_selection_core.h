@@ -110,9 +110,12 @@ struct GoalSelectionOutputs {
 // Selects goals and carries them out through the other nodes: hears a phrase, looks for the object, lets the
 // network choose, then asks reach and grasp for one action after the other and watches by touch and sight
 // whether they worked. The end of a job is the stage "idle" with state "done" or "failed"; then it listens
-// again. A phrase that comes during a job is refused. Deterministic, no clock of its own. Not thread-safe.
+// again. A phrase that comes during a job waits its turn (kMostWaiting of them). An interruption ("stop")
+// ends the job in the step that hears it: arm and fingers stop where they are, what is held is kept, what
+// waits is forgotten. Deterministic, no clock of its own. Not thread-safe.
 class GoalSelectionCore {
  public:
+  static constexpr std::size_t kMostWaiting = 4;  // phrases
   // kInvalidArgument for settings out of range.
   static Result<GoalSelectionCore> create(const PhraseBook& book, GoalNetwork network,
                                           const GoalSelectionSettings& settings);
@@ -157,6 +160,10 @@ class GoalSelectionCore {
 
   void take_in(const GoalSelectionInputs& inputs);
   void hear(const PhraseHeard& heard);
+  void interrupt(const std::string& text);
+  void begin(std::size_t phrase);
+  // The object in the hand, as far as touch tells; empty if there is none.
+  [[nodiscard]] std::string in_hand() const;
   void advance();
 
   void step_find();
@@ -213,8 +220,10 @@ class GoalSelectionCore {
   bool chosen_ = false;
   int try_number_ = 1;
   double job_started_s_ = 0.0;
-  bool was_felt_ = false;  // a pad was on since the fingers closed
-  SeenObject target_;      // as measured before the hand came near
+  std::deque<std::size_t> waiting_;  // phrases for later, oldest first
+  std::string held_;                 // object that was lifted and not let go since; empty: none
+  bool was_felt_ = false;            // a pad was on since the fingers closed
+  SeenObject target_;                // as measured before the hand came near
   SeenObject basket_;
 
   // the senses

@@ -37,6 +37,10 @@ struct Phrase {
 struct PhraseBook {
   std::vector<NamedObject> objects;
   std::vector<Phrase> phrases;
+  std::vector<std::string> interruptions;  // texts that end whatever it does: "stop"
+  // Words of other people's speech. They are heard as rivals of the phrases' words, so that "reach blue
+  // plate" is no "reach blue ball"; how they sound is in the recogniser's dictionary.
+  std::vector<std::string> other_words;
   std::map<std::string, std::vector<std::string>> pronunciations;  // word -> ARPAbet phones, at least one
 
   [[nodiscard]] const NamedObject& object_of(const Phrase& phrase) const {
@@ -44,18 +48,31 @@ struct PhraseBook {
   }
   // The phrase with exactly this text; nothing if there is none.
   [[nodiscard]] std::optional<std::size_t> find(const std::string& text) const;
+  [[nodiscard]] bool interrupts(const std::string& text) const;
+  // Every text that can be said: phrases, then interruptions.
+  [[nodiscard]] std::vector<std::string> texts() const;
+  // Adds a phrase about a new or a known object. Refused with kInvalidArgument, changing nothing, if the text
+  // is there already, a word has no pronunciation, or the object is known with another colour or shape.
+  Status add(const std::string& text, Verb verb, const NamedObject& object);
 
-  // Reads and checks a file: every phrase has a known verb and object and only words with a pronunciation, no
-  // text comes twice. kNotFound if the file is not there, kInvalidArgument with file, line and what is
-  // allowed otherwise.
+  // Reads and checks a file, and other_words.yaml beside it if there is one (interruptions, other_words):
+  // every phrase has a known verb and object and only words with a pronunciation, no text comes twice.
+  // kNotFound if the file is not there, kInvalidArgument with file, line and what is allowed otherwise.
   static Result<PhraseBook> load(const std::string& path);
 };
 
 // Words of a text, separated by blanks.
 std::vector<std::string> split_words(const std::string& text);
 
-// The phrases as a JSGF grammar with one public rule.
+// "look", "reach", "grasp", "drop" to the verb; nothing for other words.
+std::optional<Verb> verb_of(const std::string& name);
+
+// The texts as a JSGF grammar with one public rule.
 std::string jsgf_grammar(const PhraseBook& book);
+// The texts beside a loop over their words and `rivals`, as a finite state grammar of PocketSphinx: what is
+// no phrase comes out as a sequence of words. Rivals pay more than words of the phrases, so that a phrase
+// that is not spoken well is still one.
+std::string open_grammar(const PhraseBook& book, const std::vector<std::string>& rivals);
 // The phrases as a trigram language model in ARPA format (absolute discounting of 0.5, back-off).
 std::string arpa_trigram(const PhraseBook& book);
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -12,7 +13,8 @@ namespace nido {
 
 struct SpeechSettings {
   std::string acoustic_model;  // folder of a PocketSphinx model; empty: Debian's en-us
-  double end_silence_s = 0.4;  // silence that ends an utterance; the answer is late by this much
+  std::string dictionary;      // of the other words; empty: the one beside Debian's en-us
+  double end_silence_s = 0.3;  // silence that ends an utterance; the answer is late by this much
   double shortest_s = 0.25;    // speech shorter than this is a click, not an utterance
   double longest_s = 8.0;      // speech longer than this is cut and rejected
   double noise_floor_db =
@@ -39,10 +41,10 @@ struct HeardPhrase {
   std::string reason;  // why it was rejected, a sentence; empty when accepted
 };
 
-// Understands the phrases of a book in a stream of sound (PocketSphinx). An utterance is accepted only if a
-// decoder with the phrases as grammar and one with a statistical language model of the same phrases find the
-// same one: other speech rarely makes both agree. Deterministic: the same blocks give the same answers. Not
-// thread-safe.
+// Understands the phrases of a book in a stream of sound (PocketSphinx). An utterance is accepted only if it
+// fits the phrases as a grammar, a statistical language model of the same phrases, and a grammar in which
+// other words compete: other speech rarely passes all three. Deterministic: the same blocks give the same
+// answers. Not thread-safe.
 class SpeechCore {
  public:
   // kNotFound with a sentence if the acoustic model is not installed; kInvalidArgument for settings out of
@@ -58,6 +60,12 @@ class SpeechCore {
   Result<std::vector<HeardPhrase>> feed(const AudioBlock& block);
   // Ends the utterance that is going on, as at the end of a file.
   std::vector<HeardPhrase> flush();
+  // Takes another book; an utterance that is going on is forgotten. On an error the old one stays.
+  Status set_book(const PhraseBook& book);
+  // Fills in pronunciations of words from the dictionary, so that they can be added to a book. kNotFound
+  // names the words that it does not have.
+  Result<std::map<std::string, std::vector<std::string>>> pronunciations(
+      const std::vector<std::string>& words) const;
   // Speech is going on now.
   [[nodiscard]] bool in_speech() const;
 

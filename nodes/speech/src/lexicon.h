@@ -1,0 +1,21 @@
+#pragma once
+
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "nido/interfaces/result.h"
+
+namespace nido {
+
+// How words sound, by a dictionary in PocketSphinx's format ("word P H O N", "word(2) P H O N"). Reads the
+// file once and keeps only the wanted words. kNotFound with a sentence if there is no such file. Words that
+// the dictionary does not have are missing from the result.
+Result<std::map<std::string, std::vector<std::string>>> look_up_pronunciations(
+    const std::string& dictionary, const std::set<std::string>& words);
+
+// Phones that must be changed, put in or left out to make one sound the other.
+std::size_t phone_distance(const std::string& sound, const std::string& other);
+
+}  // namespace nido
