@@ -1,6 +1,7 @@
 // nido-experiment-grasp-success: how often things of all shapes are held for 3 s after lifting (the paper's
 // Fig. 15), by the whole robot: eyes, reach, grasp and goal selection.
 #include <fmt/format.h>
+#include <yaml-cpp/yaml.h>
 
 #include <algorithm>
 #include <chrono>
@@ -13,9 +14,11 @@
 #include <vector>
 
 #include "nido/experiment/launched_app.h"
+#include "nido/launcher/paths.h"
 #include "nido/report/experiment_cli.h"
 #include "nido/report/progress.h"
 #include "nido/report/report.h"
+#include "success_core.h"
 
 namespace nido::grasp {
 namespace {
@@ -26,6 +29,51 @@ struct Request : ExperimentRequest {
   int block = 10;
   int domain = 62;
 };
+
+// Templates for the eyes: what they know, and the bodies of the unseen things, named as the robot can be
+// told.
+Status write_templates(const fs::path& path) {
+  const auto places = find_places();
+  if (!places) return places.error();
+  const fs::path known = places->config / "objects" / "templates.yaml";
+  YAML::Node file;
+  try {
+    file = YAML::LoadFile(known.string());
+  } catch (const YAML::Exception& e) {
+    return Error{ErrorCode::kInvalidArgument, known.string() + ": " + e.what()};
+  }
+  YAML::Node cube;
+  for (std::size_t i = 0; i < file["objects"].size(); ++i) {
+    const YAML::Node object = file["objects"][i];
+    if (object["name"].as<std::string>("") == "blue cube") cube.reset(object);
+  }
+  if (!cube["name"]) return Error{ErrorCode::kInvalidArgument, known.string() + ": there is no blue cube"};
+  for (const double edge_m : unseen_boxes_m()) {
+    YAML::Node box = YAML::Clone(cube);  // looks like the cube
+    YAML::Node solid;
+    for (int i = 0; i < 3; ++i) solid["box_m"].push_back(edge_m);
+    for (int i = 0; i < 3; ++i) solid["at_m"].push_back(0.0);
+    box["body"] = YAML::Node(YAML::NodeType::Sequence);
+    box["body"].push_back(solid);
+    file["objects"].push_back(box);
+  }
+  for (const auto& [diameter_m, height_m] : unseen_cylinders_m()) {
+    YAML::Node tin;
+    tin["name"] = "blue ball";  // taken like one
+    tin["colour"] = "blue";
+    tin["shape"] = "ball";
+    tin["symmetry_deg"] = 0;
+    YAML::Node solid;
+    solid["cylinder_m"].push_back(diameter_m / 2);
+    solid["cylinder_m"].push_back(height_m);
+    for (int i = 0; i < 3; ++i) solid["at_m"].push_back(0.0);
+    tin["body"].push_back(solid);
+    file["objects"].push_back(tin);
+  }
+  std::ofstream out(path);
+  out << file << '\n';
+  return out ? Status{} : Status{Error{ErrorCode::kFailed, "cannot write " + path.string()}};
+}
 
 // Things first .. first + count - 1, through the app; the `lane`-th of those runs that go side by side.
 Result<std::vector<nlohmann::json>> try_block(const Request& request, int first, int count, int lane) {
@@ -39,11 +87,14 @@ Result<std::vector<nlohmann::json>> try_block(const Request& request, int first,
   std::error_code failure;
   fs::create_directories(out, failure);
   if (failure) return Error{ErrorCode::kFailed, out.string() + ": " + failure.message()};
+  const fs::path templates = out / "templates.yaml";
+  if (const Status written = write_templates(templates); !written) return written.error();
   const Status done = run_app(
       "grasp_success",
       {"--seed", std::to_string(request.seed), "--rate", "max", "--lockstep", "--domain",
        std::to_string(request.domain + lane), "--out", (out / "run").string(), "--set",
-       fmt::format("grasp_success.first={}", first), "--set", fmt::format("grasp_success.count={}", count)},
+       fmt::format("grasp_success.first={}", first), "--set", "vision.templates=" + templates.string(),
+       "--set", fmt::format("grasp_success.count={}", count)},
       (out / "launch.log").string());
   if (!done) return done.error();
   auto rows = read();

@@ -1,6 +1,5 @@
 #include "success_core.h"
 
-#include <algorithm>
 #include <random>
 #include <utility>
 
@@ -10,10 +9,19 @@ namespace {
 
 constexpr double kSettle_s = 1.0;  // what was put down comes to rest, and the eyes have seen it
 constexpr double kPi = 3.14159265358979323846;
-constexpr double kShortestHeight_m = 0.04;  // of a tin
-constexpr double kTallestHeight_m = 0.08;
 
 }  // namespace
+
+const std::vector<double>& unseen_boxes_m() {
+  static const std::vector<double> edges = {0.025, 0.03, 0.035, 0.04, 0.045, 0.055, 0.06};
+  return edges;
+}
+
+const std::vector<std::array<double, 2>>& unseen_cylinders_m() {
+  static const std::vector<std::array<double, 2>> tins = {
+      {0.03, 0.05}, {0.04, 0.06}, {0.048, 0.06}, {0.05, 0.08}, {0.06, 0.05}};
+  return tins;
+}
 
 SuccessThing draw_thing(std::uint64_t seed, int number) {
   std::seed_seq mix{static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32),
@@ -24,8 +32,11 @@ SuccessThing draw_thing(std::uint64_t seed, int number) {
   thing.p_Root_m.x() = draw(-0.38, -0.26);
   thing.p_Root_m.y() = draw(0.0, 0.12);
   thing.yaw_rad = draw(-kPi, kPi);
-  const double size_m = draw(0.025, 0.06);
-  const double tall_m = draw(kShortestHeight_m, kTallestHeight_m);
+  const auto one_of = [&](const auto& list) {
+    return list[std::uniform_int_distribution<std::size_t>(0, list.size() - 1)(random)];
+  };
+  const double edge_m = one_of(unseen_boxes_m());
+  const std::array<double, 2> tin_m = one_of(unseen_cylinders_m());
   switch (number % 5) {
     case 0:
       thing.shape = "box";
@@ -41,14 +52,14 @@ SuccessThing draw_thing(std::uint64_t seed, int number) {
       break;
     case 2:
       thing.shape = "box";
-      thing.width_m = thing.height_m = size_m;
+      thing.width_m = thing.height_m = edge_m;
       thing.phrases = {"grasp blue cube", "grasp blue ball"};
       break;
     case 3:
       thing.shape = "cylinder";
-      thing.width_m = std::max(0.03, size_m);
-      thing.height_m = tall_m;
-      thing.phrases = {"grasp blue cube", "grasp blue ball"};
+      thing.width_m = tin_m[0];
+      thing.height_m = tin_m[1];
+      thing.phrases = {"grasp blue ball", "grasp blue cube"};
       break;
     default:
       thing.shape = "bear";

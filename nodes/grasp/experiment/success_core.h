@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -16,9 +17,14 @@ struct SuccessThing {
   double height_m = 0;
   Eigen::Vector2d p_Root_m = Eigen::Vector2d::Zero();
   double yaw_rad = 0;
-  // What the robot is told, in turn until it finds what was named: nobody knows as what it sees a tin.
+  // What the robot is told, in turn until it finds what was named: nobody knows as what it sees a small box.
   std::vector<std::string> phrases;
 };
+
+// Sizes of the unseen things, m: edges of boxes; diameters and heights of cylinders. The eyes know these
+// bodies, the fingers do not.
+const std::vector<double>& unseen_boxes_m();
+const std::vector<std::array<double, 2>>& unseen_cylinders_m();
 
 // The number-th thing of a seed: cube of 5 cm, ball of 6 cm, boxes from 2.5 to 6 cm, cylinders, bear, in
 // turn; anywhere where the right hand takes things, turned any way.

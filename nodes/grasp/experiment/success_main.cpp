@@ -75,10 +75,10 @@ class Stage {
     const std::string sizes = kind == "cyl"   ? fmt::format("{} {}", thing.width_m / 2, thing.height_m)
                               : kind == "sph" ? fmt::format("{}", thing.width_m / 2)
                                               : fmt::format("{0} {0} {1}", thing.width_m, thing.height_m);
-    // made over the table's far end, where nothing is, then put into its place
+    // blue; made over the table's far end, where nothing is, then put into its place
     const Eigen::Vector3d p = world_of_root({-0.55, -0.25, 0.2});
     auto made = ask_world(
-        node_, fmt::format("world mk {} {} {} {} {} 0.1 0.25 0.85", kind, sizes, p.x(), p.y(), p.z()));
+        node_, fmt::format("world mk {} {} {} {} {} 0.05 0.12 0.85", kind, sizes, p.x(), p.y(), p.z()));
     if (!made) return made.error();
     auto count = ask_world(node_, "world num " + kind);
     if (!count) return count.error();
