@@ -273,5 +273,56 @@ TEST(DistanceToBox, FollowsTheTurnOfTheBox) {
   EXPECT_NEAR(distance_to_box({0.05, 0.0, 0.0}, box), 0.04, 1e-12);
 }
 
+TEST_F(JudgeCoreTest, SeveralOrdersEndWithTheLast) {
+  JudgeSettings settings;
+  settings.expected = "drop blue cube into basket; reach red ball";
+  make(settings);
+  FakeTruth truth;
+  truth.in_basket = true;
+  sut_->heard({2.0, 1.7, "drop blue cube into basket", ""});
+  sut_->heard({4.0, 3.7, "reach red ball", ""});
+  EXPECT_TRUE(sut_->stage({20.0, "idle", "done", "blue cube", "Done."}));
+  EXPECT_FALSE(sut_->tick(20.1, truth));
+  EXPECT_TRUE(sut_->stage({30.0, "idle", "done", "red ball", "Done."}));
+  truth.palm = truth.place;
+  EXPECT_TRUE(sut_->tick(30.1, truth));
+  ASSERT_TRUE(sut_->outcome());
+  EXPECT_TRUE(sut_->outcome()->success) << sut_->outcome()->sentence;
+}
+
+TEST_F(JudgeCoreTest, AnEarlierOrderThatLeftNothingInTheBasketCounts) {
+  JudgeSettings settings;
+  settings.expected = "drop blue cube into basket; reach red ball";
+  make(settings);
+  FakeTruth truth;
+  sut_->heard({2.0, 1.7, "drop blue cube into basket", ""});
+  sut_->stage({20.0, "idle", "done", "blue cube", "Done."});
+  sut_->heard({24.0, 23.7, "reach red ball", ""});
+  sut_->stage({30.0, "idle", "done", "red ball", "Done."});
+  truth.palm = truth.place;
+  EXPECT_TRUE(sut_->tick(30.1, truth));
+  ASSERT_TRUE(sut_->outcome());
+  EXPECT_FALSE(sut_->outcome()->success);
+  EXPECT_NE(sut_->outcome()->sentence.find("blue cube is not in the basket"), std::string::npos);
+}
+
+TEST_F(JudgeCoreTest, AStopIsJudgedByTimeAndByTheHandAtRest) {
+  for (const auto& [end_s, moved_m, success] :
+       {std::tuple{9.35, 0.0, true}, std::tuple{9.9, 0.0, false}, std::tuple{9.35, 0.05, false}}) {
+    JudgeSettings settings;
+    settings.expected = "drop blue cube into basket; @8 stop";
+    make(settings);
+    FakeTruth truth;
+    sut_->heard({2.0, 1.7, "drop blue cube into basket", ""});
+    sut_->heard({9.3, 9.0, "stop", ""});
+    sut_->stage({end_s, "idle", "failed", "blue cube", "I stop reaching."});
+    sut_->tick(9.95, truth);
+    truth.palm.x() += moved_m;
+    EXPECT_TRUE(sut_->tick(10.3, truth));
+    ASSERT_TRUE(sut_->outcome());
+    EXPECT_EQ(sut_->outcome()->success, success) << sut_->outcome()->sentence;
+  }
+}
+
 }  // namespace
 }  // namespace nido

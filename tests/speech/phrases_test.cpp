@@ -80,6 +80,41 @@ TEST(Phrases, FaultsAreNamedWithTheirLine) {
   EXPECT_NE(load_error("objects: [").find("phrases_test.yaml:"), std::string::npos);
 }
 
+TEST(Phrases, OrdersAreSeparatedBySemicolons) {
+  const auto orders = split_orders(" drop red  ball into basket ;@8.5 stop;; reach blue cube");
+  ASSERT_EQ(orders.size(), 3U);
+  EXPECT_EQ(orders[0].text, "drop red ball into basket");
+  EXPECT_FALSE(orders[0].at_s);
+  EXPECT_EQ(orders[1].text, "stop");
+  EXPECT_DOUBLE_EQ(orders[1].at_s.value_or(-1.0), 8.5);
+  EXPECT_EQ(orders[2].text, "reach blue cube");
+  EXPECT_TRUE(split_orders(" ; ").empty());
+  EXPECT_EQ(split_orders("@x stop")[0].text, "@x stop");
+}
+
+TEST(Phrases, StopInterrupts) {
+  const PhraseBook book = shipped();
+  EXPECT_TRUE(book.interrupts("stop"));
+  EXPECT_FALSE(book.interrupts("red ball"));
+  EXPECT_GT(book.other_words.size(), 100U);
+}
+
+TEST(Phrases, NewOnesAreAddedOrRefused) {
+  PhraseBook book = shipped();
+  book.pronunciations["yellow"] = {"Y EH L OW"};
+  const NamedObject yellow_cube{"yellow cube", "yellow", "cube"};
+  ASSERT_TRUE(book.add("grasp  yellow cube", Verb::kGrasp, yellow_cube).ok());
+  ASSERT_TRUE(book.find("grasp yellow cube"));
+  EXPECT_EQ(book.objects.size(), 8U);
+  EXPECT_TRUE(book.add("yellow cube", Verb::kLook, yellow_cube).ok());
+  EXPECT_EQ(book.objects.size(), 8U);
+  EXPECT_FALSE(book.add("yellow cube", Verb::kLook, yellow_cube).ok());
+  EXPECT_FALSE(book.add("stop", Verb::kLook, yellow_cube).ok());
+  EXPECT_FALSE(book.add("pink cube", Verb::kLook, {"pink cube", "pink", "cube"}).ok());
+  EXPECT_FALSE(book.add("reach yellow cube", Verb::kReach, {"yellow cube", "red", "cube"}).ok());
+  EXPECT_EQ(book.phrases.size(), 30U);
+}
+
 // Reads the model back: for every history the probabilities of all words must sum to one.
 TEST(LanguageModel, EveryHistoryIsAProbabilityDistribution) {
   std::istringstream stream(arpa_trigram(shipped()));

@@ -37,12 +37,24 @@ Result<JudgeCore> JudgeCore::create(const PhraseBook& book, const JudgeSettings&
                                     {"rest_m", settings.rest_m},
                                     {"lift_m", settings.lift_m},
                                     {"hold_s", settings.hold_s},
-                                    {"reach_m", settings.reach_m}}) {
+                                    {"reach_m", settings.reach_m},
+                                    {"stop_s", settings.stop_s},
+                                    {"stop_m", settings.stop_m}}) {
     if (!(value > 0.0) || !std::isfinite(value)) {
       return Error{ErrorCode::kInvalidArgument, fmt::format("{} is {}; it must be above 0", name, value)};
     }
   }
   return JudgeCore(book, settings);
+}
+
+JudgeCore::JudgeCore(const PhraseBook& book, const JudgeSettings& settings)
+    : book_(book), settings_(settings) {
+  std::size_t phrases = 0;
+  for (const auto& order : split_orders(settings.expected)) {
+    said_.push_back(order.text);
+    phrases += book_.interrupts(order.text) ? 0 : 1;
+  }
+  orders_ = std::max<std::size_t>(1, phrases);
 }
 
 const std::string& JudgeCore::object_name() const { return book_.object_of(book_.phrases[*phrase_]).name; }
@@ -52,9 +64,84 @@ void JudgeCore::heard(const HeardSeen& heard) {
     heard_text_ = heard.text;
     heard_reason_ = heard.reason;
   }
-  if (heard.text.empty() || phrase_) return;
-  phrase_ = book_.find(heard.text);
-  metrics_.emplace_back("speech_latency_s", Metric{heard.time_s - heard.end_s, "s"});
+  if (heard.text.empty()) return;
+  heard_texts_.push_back(heard.text);
+  if (book_.interrupts(heard.text)) {
+    interrupted_s_ = heard.end_s;
+    later_.clear();
+    return;
+  }
+  const auto phrase = book_.find(heard.text);
+  if (!phrase) return;
+  if (phrase_) {
+    later_.push_back(*phrase);
+    return;
+  }
+  phrase_ = phrase;
+  interrupted_s_.reset();
+  if (ended_ == 0) metrics_.emplace_back("speech_latency_s", Metric{heard.time_s - heard.end_s, "s"});
+}
+
+// an order that is not the last is over: what it was about is looked at when all is over
+void JudgeCore::next_order() {
+  if (phrase_ && !end_good_ && !interrupted_s_ && earlier_trouble_.empty()) {
+    earlier_trouble_ = fmt::format("\"{}\" failed: {}", book_.phrases[*phrase_].text, end_text_);
+  }
+  if (phrase_ && end_good_ && book_.phrases[*phrase_].verb == Verb::kDrop) dropped_.push_back(object_name());
+  phrase_.reset();
+  if (!later_.empty()) {
+    phrase_ = later_.front();
+    later_.pop_front();
+  }
+  end_s_.reset();
+  interrupted_s_.reset();
+  last_done_.clear();
+  last_failed_.clear();
+  done_s_.clear();
+  held_since_s_.reset();
+  longest_hold_s_ = 0.0;
+}
+
+void JudgeCore::check_earlier(GroundTruth& truth) {
+  if (!outcome_ || !outcome_->success) return;
+  std::string trouble = earlier_trouble_;
+  for (const std::string& name : dropped_) {
+    const auto inside = truth.inside(name, settings_.basket);
+    if (trouble.empty() && !(inside && *inside)) {
+      trouble = fmt::format("The {} is not in the {}.", name, settings_.basket);
+    }
+  }
+  if (trouble.empty()) return;
+  outcome_->success = false;
+  outcome_->object_in_basket = false;
+  outcome_->sentence = trouble;
+}
+
+void JudgeCore::judge_stop(double now_s, GroundTruth& truth) {
+  constexpr double kLook_s = 0.2;  // between two looks at a hand that must rest
+  const double late_s = *end_s_ - *interrupted_s_;
+  if (now_s < *interrupted_s_ + settings_.stop_s + (palm_m_ ? kLook_s : 0.0)) return;
+  const auto palm = truth.X_RootPalm();
+  if (!palm) {
+    conclude(false, fmt::format("The world does not tell where the hand is: {}", palm.error().message));
+    return;
+  }
+  if (!palm_m_) {
+    palm_m_ = palm->translation();
+    return;
+  }
+  const double moved_m = (palm->translation() - *palm_m_).norm();
+  metrics_.emplace_back("stop_latency_s", Metric{late_s, "s"});
+  if (late_s > settings_.stop_s) {
+    conclude(false, fmt::format("The robot stopped {:.2f} s after it was told to; {:.2f} s are allowed.",
+                                late_s, settings_.stop_s));
+  } else if (moved_m > settings_.stop_m) {
+    conclude(false,
+             fmt::format("The hand still moves {:.2f} s after it was told to stop.", settings_.stop_s));
+  } else {
+    conclude(true,
+             fmt::format("The robot stopped {:.2f} s after it was told to, and its hand rests.", late_s));
+  }
 }
 
 bool JudgeCore::stage(const StageSeen& line) {
@@ -62,9 +149,15 @@ bool JudgeCore::stage(const StageSeen& line) {
   if (!first_s_) first_s_ = line.time_s;
   const bool final = line.stage == "idle" && line.state != "begin";
   if (final) {
+    // what is said is still to come when a sound that was no phrase ends in idleness
+    if (phrase_) ++ended_;
     end_s_ = line.time_s;
     end_good_ = line.state == "done";
     end_text_ = line.text;
+    if (phrase_ && ended_ < orders_) {
+      next_order();
+      return true;
+    }
     if (end_good_) done_s_.try_emplace("idle", line.time_s);
     return true;
   }
@@ -91,10 +184,15 @@ bool JudgeCore::tick(double now_s, GroundTruth& truth) {
     return false;
   }
 
-  if (!end_good_ || !phrase_) {
+  const std::string said = fmt::format("{}", fmt::join(said_, "; "));
+  const std::string heard =
+      heard_texts_.empty() ? heard_text_ : fmt::format("{}", fmt::join(heard_texts_, "; "));
+  if (interrupted_s_ && phrase_ && !end_good_ && (said_.empty() || said == heard)) {
+    judge_stop(now_s, truth);
+  } else if (!end_good_ || !phrase_) {
     conclude(false, end_text_);
-  } else if (!settings_.expected.empty() && heard_text_ != settings_.expected) {
-    conclude(false, fmt::format("\"{}\" was said but \"{}\" was heard.", settings_.expected, heard_text_));
+  } else if (!said_.empty() && heard != said) {
+    conclude(false, fmt::format("\"{}\" was said but \"{}\" was heard.", said, heard));
   } else {
     switch (book_.phrases[*phrase_].verb) {
       case Verb::kLook:
@@ -111,6 +209,7 @@ bool JudgeCore::tick(double now_s, GroundTruth& truth) {
         break;
     }
   }
+  check_earlier(truth);
   return outcome_.has_value();
 }
 
@@ -208,8 +307,7 @@ void JudgeCore::conclude(bool success, const std::string& sentence) {
   }
   if (success) {
     outcome.stage = last_done_;
-  } else if (!heard_text_.empty() && phrase_ &&
-             (settings_.expected.empty() || settings_.expected == heard_text_)) {
+  } else if (!heard_text_.empty() && phrase_ && (said_.empty() || said_.front() == heard_text_)) {
     // what goal selection believes to have done, or where it gave up
     const bool gave_up = end_s_ && !end_good_ && !last_failed_.empty();
     outcome.stage = gave_up ? last_failed_ : last_done_;

@@ -3,14 +3,37 @@
 #include "audio/clip.h"
 #include "audio/clip_audio.h"
 #include "audio/microphone.h"
+#include "nido/speech/phrases.h"
 #include "src/device_registry.h"
 
 namespace nido {
 namespace {
 
+// Everything that is said in a run, with the pauses between.
+Result<Clip> say_orders(const std::string& text, const std::string& voice) {
+  constexpr double kPause_s = 1.0;
+  Clip all;
+  for (const SpokenOrder& order : split_orders(text)) {
+    const Result<Clip> clip = synthesise_speech(order.text, voice);
+    if (!clip) return clip.error();
+    all.sample_rate_hz = clip->sample_rate_hz;
+    const double end_s = static_cast<double>(all.samples.size()) / clip->sample_rate_hz;
+    const double start_s = order.at_s.value_or(all.samples.empty() ? 0.0 : end_s + kPause_s);
+    if (start_s < end_s) {
+      return Error{ErrorCode::kInvalidArgument,
+                   fmt::format("'{}' is to be said at {} s, but what comes before it ends at {:.1f} s",
+                               order.text, start_s, end_s)};
+    }
+    all.samples.resize(static_cast<std::size_t>(start_s * clip->sample_rate_hz), 0.0F);
+    all.samples.insert(all.samples.end(), clip->samples.begin(), clip->samples.end());
+  }
+  if (all.samples.empty()) return Error{ErrorCode::kInvalidArgument, "there is no text to say"};
+  return all;
+}
+
 Result<Clip> clip_of(const AudioSettings& audio) {
   if (audio.source == "wav") return read_sound_file(audio.file);
-  if (audio.source == "synthesis") return synthesise_speech(audio.text, audio.voice);
+  if (audio.source == "synthesis") return say_orders(audio.text, audio.voice);
   return Clip{};
 }
 

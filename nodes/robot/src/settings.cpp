@@ -80,7 +80,8 @@ Result<RobotSettings> read_settings(const YAML::Node& parameters, std::uint64_t 
   // a random table has what the phrase that will be said speaks of
   const auto book = PhraseBook::load((places->config / "phrases.yaml").string());
   if (settings.run.target.empty() && audio["source"].as<std::string>() == "synthesis" && book) {
-    if (const auto phrase = book->find(audio["text"].as<std::string>())) {
+    const auto orders = split_orders(audio["text"].as<std::string>());
+    if (const auto phrase = orders.empty() ? std::nullopt : book->find(orders.front().text)) {
       settings.run.target = book->object_of(book->phrases[*phrase]).name;
     }
   }

@@ -4,6 +4,8 @@
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
+#include <charconv>
+#include <cmath>
 #include <filesystem>
 #include <set>
 #include <sstream>
@@ -100,6 +102,28 @@ const char* verb_name(Verb verb) {
       return "drop";
   }
   return "?";
+}
+
+std::vector<SpokenOrder> split_orders(const std::string& text) {
+  std::vector<SpokenOrder> orders;
+  std::istringstream parts(text);
+  for (std::string part; std::getline(parts, part, ';');) {
+    auto words = split_words(part);
+    SpokenOrder order;
+    if (!words.empty() && words[0].size() > 1 && words[0][0] == '@') {
+      double at_s = 0.0;
+      const char* end = words[0].data() + words[0].size();
+      const auto [read, fault] = std::from_chars(words[0].data() + 1, end, at_s);
+      if (fault == std::errc{} && read == end && std::isfinite(at_s) && at_s >= 0.0) {
+        order.at_s = at_s;
+        words.erase(words.begin());
+      }
+    }
+    if (words.empty()) continue;
+    order.text = fmt::format("{}", fmt::join(words, " "));
+    orders.push_back(std::move(order));
+  }
+  return orders;
 }
 
 std::optional<Verb> verb_of(const std::string& name) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <deque>
 #include <map>
 #include <optional>
 #include <string>
@@ -13,7 +14,7 @@
 namespace nido {
 
 struct JudgeSettings {
-  std::string expected;           // phrase that is said; empty: whatever was heard counts
+  std::string expected;  // what is said, as in split_orders(); empty: whatever was heard counts, one phrase
   std::string basket = "basket";  // name of the basket in the world
   double table_z_m = -0.0826;     // upper surface of the table, root frame
   double limit_s = 300.0;         // simulated time until the job must be over
@@ -23,6 +24,9 @@ struct JudgeSettings {
   double lift_m = 0.05;           // grasp: clear height of the object's lowest point over the table
   double hold_s = 3.0;            // grasp: so long without a break
   double reach_m = 0.03;          // reach: distance of the palm from the object's surface
+  double stop_s =
+      0.5;  // an interruption is obeyed when goal selection ends the job and the hand rests by then
+  double stop_m = 0.003;  // a hand that moved less than this in 0.2 s rests
 };
 
 // A line of the story, as goal selection tells it.
@@ -41,8 +45,9 @@ struct HeardSeen {
   std::string reason;
 };
 
-// Decides whether a run did what was asked of it: waits for the end that goal selection announces, then looks
-// at what is really so. Not thread-safe; no clock of its own.
+// Decides whether a run did what was asked of it: waits for the end that goal selection announces, of the
+// last phrase if several are said, then looks at what is really so. A run that is told to stop last succeeds
+// if the robot stops. Not thread-safe; no clock of its own.
 class JudgeCore {
  public:
   // kInvalidArgument if `settings` are out of range. An expected phrase that the book does not have is no
@@ -63,7 +68,10 @@ class JudgeCore {
   [[nodiscard]] const std::vector<std::pair<std::string, Metric>>& metrics() const { return metrics_; }
 
  private:
-  JudgeCore(const PhraseBook& book, const JudgeSettings& settings) : book_(book), settings_(settings) {}
+  JudgeCore(const PhraseBook& book, const JudgeSettings& settings);
+  void next_order();
+  void judge_stop(double now_s, GroundTruth& truth);
+  void check_earlier(GroundTruth& truth);
   void watch_hold(double now_s, GroundTruth& truth);
   void conclude(bool success, const std::string& sentence);
   void judge_drop(double now_s, GroundTruth& truth);
@@ -73,6 +81,15 @@ class JudgeCore {
 
   PhraseBook book_;
   JudgeSettings settings_;
+  std::vector<std::string> said_;          // all that is said, one after the other; empty: not known
+  std::size_t orders_ = 1;                 // phrases that are said, without interruptions
+  std::size_t ended_ = 0;                  // of these
+  std::deque<std::size_t> later_;          // heard while another one was carried out
+  std::vector<std::string> dropped_;       // objects that earlier orders brought into the basket, as it seems
+  std::string earlier_trouble_;            // of an order that was not the last
+  std::optional<double> interrupted_s_;    // end of the interruption that was heard
+  std::optional<Eigen::Vector3d> palm_m_;  // at the time when it must rest
+  std::vector<std::string> heard_texts_;
   std::optional<std::size_t> phrase_;  // heard and known
   std::string heard_text_;
   std::string heard_reason_;

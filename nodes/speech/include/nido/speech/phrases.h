@@ -61,6 +61,15 @@ struct PhraseBook {
   static Result<PhraseBook> load(const std::string& path);
 };
 
+// What is said to the robot in one run.
+struct SpokenOrder {
+  std::string text;
+  std::optional<double> at_s;  // after the beginning of the first; without it: a second after the one before
+};
+// "drop red ball into basket; @8 stop": parts separated by semicolons, each with a time if it begins with @.
+// Parts without words are left out.
+std::vector<SpokenOrder> split_orders(const std::string& text);
+
 // Words of a text, separated by blanks.
 std::vector<std::string> split_words(const std::string& text);
 
