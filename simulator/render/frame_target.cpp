@@ -30,7 +30,8 @@ Result<ColourTarget> ColourTarget::create(int width, int height, int samples) {
   glGenRenderbuffers(3, target.buffers_);
   glBindFramebuffer(GL_FRAMEBUFFER, target.draw_frame_);
   makeBuffer(target.buffers_[0], samples, GL_RGBA8, width, height, GL_COLOR_ATTACHMENT0);
-  makeBuffer(target.buffers_[1], samples, GL_DEPTH_COMPONENT24, width, height, GL_DEPTH_ATTACHMENT);
+  // as floats, which the software renderer need not convert
+  makeBuffer(target.buffers_[1], samples, GL_DEPTH_COMPONENT32F, width, height, GL_DEPTH_ATTACHMENT);
   if (Status ok = checkFrame("colour", width, height); !ok) {
     target.clear();
     return ok.error();
@@ -80,7 +81,7 @@ Result<IdTarget> IdTarget::create(int width, int height) {
   glBindFramebuffer(GL_FRAMEBUFFER, target.frame_);
   makeBuffer(target.buffers_[0], 1, GL_R32F, width, height, GL_COLOR_ATTACHMENT0);
   makeBuffer(target.buffers_[1], 1, GL_R32UI, width, height, GL_COLOR_ATTACHMENT1);
-  makeBuffer(target.buffers_[2], 1, GL_DEPTH_COMPONENT24, width, height, GL_DEPTH_ATTACHMENT);
+  makeBuffer(target.buffers_[2], 1, GL_DEPTH_COMPONENT32F, width, height, GL_DEPTH_ATTACHMENT);
   const GLenum attachments[] = {GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1};
   glDrawBuffers(2, attachments);
   if (Status ok = checkFrame("depth", width, height); !ok) {

@@ -170,7 +170,8 @@ Status Renderer::Impl::makePatterns() {
                     GL_RED, GL_UNSIGNED_BYTE, texels.data());
   }
   glGenerateMipmap(GL_TEXTURE_2D_ARRAY);
-  glTexParameteri(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_LINEAR);
+  // one level a pixel: blending two costs a tenth of the whole picture, and the patterns are weak
+  glTexParameteri(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_NEAREST);
   glTexParameteri(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
   return finish("textures");
 }

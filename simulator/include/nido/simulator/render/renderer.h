@@ -25,7 +25,7 @@ struct Lighting {
 struct RenderOptions {
   int samples = 4;   // antialiasing of edges: 1 (none) or 4 samples a pixel
   bool room = true;  // floor (at z = -0.5976 m) and walls around the robot; else only a plain background
-  int shadow_map_size = 768;  // texels along an edge, 64..4096
+  int shadow_map_size = 512;  // texels along an edge, 64..4096
   Lighting lighting = {};     // to begin with
 };
 
