@@ -1,7 +1,10 @@
-// nido-speech: hears the phrases of config/phrases.yaml. Ports: /speech/audio:i, /speech/heard:o.
-// docs/speech.md
+// nido-speech: hears the phrases of config/phrases.yaml. Ports: /speech/audio:i, /speech/heard:o,
+// /speech/rpc:i. docs/speech.md
 
 #include <fmt/format.h>
+
+#include <algorithm>
+#include <mutex>
 
 #include "nido/launcher/paths.h"
 #include "nido/middleware/node.h"
@@ -19,6 +22,9 @@ Result<SpeechSettings> read_settings(Node& node) {
   const auto model = node.parameter<std::string>("acoustic_model", settings.acoustic_model);
   if (!model) return model.error();
   settings.acoustic_model = *model;
+  const auto dictionary = node.parameter<std::string>("dictionary", settings.dictionary);
+  if (!dictionary) return dictionary.error();
+  settings.dictionary = *dictionary;
   for (const auto& [key, value] : {std::pair{"end_silence_s", &settings.end_silence_s},
                                    {"shortest_s", &settings.shortest_s},
                                    {"longest_s", &settings.longest_s},
@@ -43,6 +49,73 @@ msgs::Heard to_message(const HeardPhrase& heard) {
   return message;
 }
 
+// Answers lines of text about the phrases. The service has a thread of its own; the book is changed between
+// two ticks.
+class Rpc {
+ public:
+  Rpc(std::string file, PhraseBook book) : file_(std::move(file)), book_(std::move(book)) {}
+
+  Result<std::string> answer(const std::string& line, SpeechCore& core) {
+    const std::lock_guard lock(mutex_);
+    const auto words = split_words(line);
+    const std::string verb = words.empty() ? "" : words[0];
+    if (verb == "help") return std::string("list | add VERB COLOUR SHAPE TEXT... | reload");
+    if (verb == "list") return fmt::format("{}", fmt::join(book_.texts(), "\n"));
+    PhraseBook book = book_;
+    if (verb == "reload") {
+      auto read = PhraseBook::load(file_);
+      if (!read) return read.error();
+      book = std::move(read).value();
+    } else if (verb == "add") {
+      if (const Status added = add(words, core, book); !added) return added.error();
+    } else {
+      return Error{
+          ErrorCode::kInvalidArgument,
+          fmt::format("'{}' is unknown; allowed are list, add VERB COLOUR SHAPE TEXT..., reload, help",
+                      verb)};
+    }
+    if (const Status taken = core.set_book(book); !taken) return taken.error();
+    book_ = std::move(book);
+    return fmt::format("ok, {} phrases", book_.phrases.size());
+  }
+  // The first phrase that asks for the same as this one: those who act know the phrases of the file only.
+  [[nodiscard]] std::string as_in_the_file(const std::string& text) const {
+    const auto index = book_.find(text);
+    if (!index) return text;
+    const Phrase& phrase = book_.phrases[*index];
+    const auto first = std::find_if(book_.phrases.begin(), book_.phrases.end(), [&](const Phrase& other) {
+      return other.verb == phrase.verb && other.object_index == phrase.object_index;
+    });
+    return first->text;
+  }
+  // Held while sound is listened to.
+  std::mutex& mutex() { return mutex_; }
+
+ private:
+  static Status add(const std::vector<std::string>& words, const SpeechCore& core, PhraseBook& book) {
+    const auto verb = words.size() > 4 ? verb_of(words[1]) : std::nullopt;
+    if (!verb) {
+      return Error{
+          ErrorCode::kInvalidArgument,
+          "expected add VERB COLOUR SHAPE TEXT..., with a VERB of look, reach, grasp, drop; for instance "
+          "add grasp yellow cube grasp yellow cube"};
+    }
+    const NamedObject object{words[2] + " " + words[3], words[2], words[3]};
+    std::vector<std::string> unknown;
+    for (std::size_t i = 4; i < words.size(); ++i) {
+      if (!book.pronunciations.contains(words[i])) unknown.push_back(words[i]);
+    }
+    const auto sounds = core.pronunciations(unknown);
+    if (!sounds) return sounds.error();
+    book.pronunciations.insert(sounds->begin(), sounds->end());
+    return book.add(fmt::format("{}", fmt::join(words.begin() + 4, words.end(), " ")), *verb, object);
+  }
+
+  const std::string file_;
+  PhraseBook book_;
+  std::mutex mutex_;
+};
+
 Status run(Node& node) {
   const auto places = find_places();
   if (!places) return places.error();
@@ -60,17 +133,24 @@ Status run(Node& node) {
   if (!audio) return audio.error();
   const auto heard = node.open_output<msgs::Heard>("/speech/heard:o", Profile::kEvent);
   if (!heard) return heard.error();
+  Rpc rpc(*phrases, *book);
+  const auto service = node.open_service("/speech/rpc:i", [&](const std::string& line) {
+    const auto answer = rpc.answer(line, **core);
+    return answer ? *answer : "error: " + answer.error().message;
+  });
+  if (!service) return service.error();
   node.set_ready();
 
   std::string last_refusal;
   return node.run([&](Time) -> Status {
+    const std::lock_guard lock(rpc.mutex());
     while (const auto message = (*audio)->take()) {
       AudioBlock block;
       block.start_s = message->header().stamp().sec() + 1e-9 * message->header().stamp().nanosec();
       block.sample_rate_hz = message->sample_rate_hz();
       block.channels = message->channels();
       block.samples = message->samples();
-      const auto phrases_heard = (*core)->feed(block);
+      auto phrases_heard = (*core)->feed(block);
       if (!phrases_heard) {
         // the same trouble a hundred times a second is one line
         if (phrases_heard.error().message != last_refusal) {
@@ -79,7 +159,8 @@ Status run(Node& node) {
         }
         continue;
       }
-      for (const HeardPhrase& phrase : *phrases_heard) {
+      for (HeardPhrase& phrase : *phrases_heard) {
+        phrase.text = rpc.as_in_the_file(phrase.text);
         if (const Status written = (*heard)->write(to_message(phrase)); !written) return written;
         node.log_debug(phrase.accepted ? "heard \"" + phrase.text + "\"" : phrase.reason);
       }
