@@ -1,4 +1,5 @@
 option(NIDO_BUILD_TESTS "build the test suites" ON)
+option(NIDO_FUZZ "build the fuzz targets; needs clang" OFF)
 set(NIDO_SANITIZE "" CACHE STRING "sanitizers for every target: empty, address (with undefined), or thread")
 set_property(CACHE NIDO_SANITIZE PROPERTY STRINGS "" address thread)
 

@@ -23,6 +23,7 @@ struct BridgeContext {
   Directory& directory;
   yarp::EventLoop& loop;
   yarp::PortHost& ports;
+  Workers& workers;
 };
 
 // One port of nido, as long as it is there. Opens its YARP ports when made, closes them when destroyed.

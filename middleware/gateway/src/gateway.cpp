@@ -33,7 +33,7 @@ class GatewayImpl final : public Gateway {
         "names are {} {}:{}",
         options.ports.names == yarp::PortHostOptions::Names::kServe ? "served on" : "registered at",
         options.ports.host, options.ports.names_port));
-    context_.emplace(BridgeContext{node_, *directory_, loop_, *ports_});
+    context_.emplace(BridgeContext{node_, *directory_, loop_, *ports_, workers_});
     loop_.every(kLook_s, [alive = alive_] {
       if (*alive != nullptr) (*alive)->look();
     });
@@ -75,6 +75,7 @@ class GatewayImpl final : public Gateway {
   std::shared_ptr<GatewayImpl*> alive_ = std::make_shared<GatewayImpl*>(this);
   std::unique_ptr<Directory> directory_;
   std::unique_ptr<yarp::PortHost> ports_;
+  Workers workers_;
   std::optional<BridgeContext> context_;
   std::map<std::string, std::vector<std::unique_ptr<Bridge>>> bridges_;  // by nido's port
   std::set<std::string> hopeless_;

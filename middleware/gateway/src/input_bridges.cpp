@@ -1,5 +1,8 @@
 #include <fmt/format.h>
 
+#include <atomic>
+#include <utility>
+
 #include "bridges.h"
 #include "nido/textproto/text_value.h"
 
@@ -7,8 +10,17 @@ namespace nido::gateway {
 namespace {
 
 constexpr double kConnect_s = 3.0;
-constexpr double kService_s = 10.0;
+constexpr double kService_s = 3.0;
 constexpr std::size_t kImageBytes = 16 << 20;
+
+// A control board's stream and its orders are worked on in the order of their coming: a stop that was sent
+// after a command must not be done before it.
+std::string worker_name(const std::string& port) {
+  for (const std::string_view end : {"/rpc:i", "/command:i"}) {
+    if (std::string_view(port).ends_with(end)) return port.substr(0, port.size() - end.size());
+  }
+  return port;
+}
 
 class InputBridge final : public Bridge {
  public:
@@ -17,7 +29,7 @@ class InputBridge final : public Bridge {
 
   ~InputBridge() override {
     context_.ports.close_port(name_);
-    worker_.reset();
+    if (worker_) worker_->wait();
   }
 
   Status open() {
@@ -27,8 +39,17 @@ class InputBridge final : public Bridge {
     spec.about = "takes messages of type " + type_.name;
     if (type_.name == "sensor_msgs/msg/Image") spec.limits.message = kImageBytes;
     spec.on_message = [this](yarp::Incoming incoming) {
-      if (!worker_) worker_ = std::make_unique<Worker>();
-      worker_->add([this, incoming = std::move(incoming)]() mutable { take(std::move(incoming)); });
+      if (!worker_) worker_ = context_.workers.of(worker_name(name_));
+      // a stream is read as it comes, so that an order that comes after it finds it in the worker's queue;
+      // beyond that queue's bound its sender waits
+      if (!incoming.wants_reply && waiting_ < kMostWaiting) {
+        std::exchange(incoming.answer, [](std::optional<yarp::Bottle>) {})(std::nullopt);
+      }
+      ++waiting_;
+      worker_->add([this, incoming = std::move(incoming)]() mutable {
+        --waiting_;
+        take(std::move(incoming));
+      });
     };
     return context_.ports.open_port(std::move(spec));
   }
@@ -70,13 +91,15 @@ class InputBridge final : public Bridge {
   }
 
   static constexpr std::size_t kDepth = 256;
+  static constexpr int kMostWaiting = 256;
   BridgeContext& context_;
   const std::string name_;
   const AnyType& type_;
   const Profile profile_;
   std::unique_ptr<RawOutput> output_;  // the worker's
   std::chrono::steady_clock::time_point warned_{};
-  std::unique_ptr<Worker> worker_;  // last: it uses the above
+  std::atomic<int> waiting_ = 0;  // messages in the worker's queue
+  std::shared_ptr<Worker> worker_;
 };
 
 // An answer in YARP's notation as it is; a sentence for people as one string.
@@ -93,7 +116,7 @@ class ServiceBridge final : public Bridge {
 
   ~ServiceBridge() override {
     context_.ports.close_port(name_);
-    worker_.reset();
+    if (worker_) worker_->wait();
   }
 
   Status open() {
@@ -102,7 +125,7 @@ class ServiceBridge final : public Bridge {
     spec.takes = true;
     spec.about = "answers lines of text; 'help' tells which";
     spec.on_message = [this](yarp::Incoming incoming) {
-      if (!worker_) worker_ = std::make_unique<Worker>();
+      if (!worker_) worker_ = context_.workers.of(worker_name(name_));
       worker_->add([this, incoming = std::move(incoming)]() mutable { ask(std::move(incoming)); });
     };
     return context_.ports.open_port(std::move(spec));
@@ -128,7 +151,7 @@ class ServiceBridge final : public Bridge {
 
   BridgeContext& context_;
   const std::string name_;
-  std::unique_ptr<Worker> worker_;
+  std::shared_ptr<Worker> worker_;
 };
 
 }  // namespace

@@ -3,7 +3,11 @@
 #include <condition_variable>
 #include <deque>
 #include <functional>
+#include <future>
+#include <map>
+#include <memory>
 #include <mutex>
+#include <string>
 #include <thread>
 
 namespace nido::gateway {
@@ -24,6 +28,13 @@ class Worker {
   }
   Worker(const Worker&) = delete;
   Worker& operator=(const Worker&) = delete;
+
+  // Waits until all that was added before is done. Not from a piece of work.
+  void wait() {
+    std::promise<void> done;
+    add([&done] { done.set_value(); });
+    done.get_future().wait();
+  }
 
   void add(std::function<void()> piece) {
     {
@@ -53,6 +64,22 @@ class Worker {
   std::deque<std::function<void()>> pieces_;
   bool ends_ = false;
   std::thread thread_;  // last: it uses the above
+};
+
+// Workers by name, each as long as somebody holds it. For one thread.
+class Workers {
+ public:
+  std::shared_ptr<Worker> of(const std::string& name) {
+    std::shared_ptr<Worker> worker = workers_[name].lock();
+    if (!worker) {
+      worker = std::make_shared<Worker>();
+      workers_[name] = worker;
+    }
+    return worker;
+  }
+
+ private:
+  std::map<std::string, std::weak_ptr<Worker>> workers_;
 };
 
 }  // namespace nido::gateway

@@ -264,6 +264,10 @@ class NetworkImpl final : public Network, public std::enable_shared_from_this<Ne
       return {};
     }
 
+    void flush() override {
+      (void)network_->on_loop([] { return Status(); });
+    }
+
    private:
     std::shared_ptr<NetworkImpl> network_;
     std::shared_ptr<Wanted> wanted_;

@@ -305,8 +305,9 @@ std::optional<Event> ReceivingStream::read_payload() {
       break;
     case '!':
     case '~':
-      event = AddOutput{std::string(text.substr(1)), command == '!' ? AddOutput::What::kDisconnectOutput
-                                                                    : AddOutput::What::kDisconnectInput};
+      event =
+          AddOutput{std::string(text.substr(std::min<std::size_t>(1, text.size()))),
+                    command == '!' ? AddOutput::What::kDisconnectOutput : AddOutput::What::kDisconnectInput};
       break;
     default:
       return refuse(fmt::format("'{}' is no command", printable(std::string_view(&command, 1))));

@@ -182,6 +182,8 @@ class RemoteControlBoard final : public IControlBoard {
     return reply;
   }
   Status order(const Bottle& request) const {
+    // what was streamed before must not come after the order
+    if (command_) command_->flush();
     const Result<Bottle> reply = ask(request);
     if (!reply) return reply.error();
     return {};

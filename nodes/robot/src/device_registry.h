@@ -23,6 +23,9 @@
 namespace nido::sim {
 class SimulatedRobot;
 }
+namespace nido::yarp {
+class Network;
+}
 
 namespace nido {
 
@@ -51,6 +54,8 @@ struct DeviceContext {
   YAML::Node simulation;  // of the robot file
   // The simulation that all devices of the family sim share, made by the first of them.
   std::shared_ptr<sim::SimulatedRobot> simulated;
+  // The YARP network that all devices of the family yarp share, made by the first of them.
+  std::shared_ptr<yarp::Network> yarp_network;
 };
 
 using AnyDevice =
@@ -75,6 +80,7 @@ const std::vector<DeviceKind>& device_kinds();
 std::vector<DeviceKind> simulated_family();
 std::vector<DeviceKind> fake_family();
 std::vector<DeviceKind> audio_family();
+std::vector<DeviceKind> yarp_family();
 
 // Makes a device of a kind. Parameters are checked; failures name the file and line.
 Result<MadeDevice> make_device(const std::string& kind, const YAML::Node& parameters, DeviceContext& context);

@@ -29,14 +29,16 @@ Status run(Node& node) {
   if (!settings) return settings.error();
   const Result<RobotFile> file = load_robot_file(settings->robot_file);
   if (!file) return file.error();
-  const std::int64_t start_ns = file->simulated_time ? 0 : node.now().ns;
+  // in an app that takes its time from the robot, one without a simulator makes it too: its own seconds
+  const bool makes_time = file->simulated_time || node.options().clock != ClockMode::kWall;
+  const std::optional<double> rate = file->simulated_time ? settings->rate : 1.0;
+  const std::int64_t start_ns = makes_time ? 0 : node.now().ns;
   const Result<std::unique_ptr<Robot>> robot = Robot::create(node, *file, settings->run, start_ns);
   if (!robot) return robot.error();
   if (Status published = (*robot)->publish(); !published) return published;
   node.set_ready();
-  const Status ended = file->simulated_time
-                           ? run_simulated(node, **robot, *file, settings->rate)
-                           : node.run([&robot](Time now) { return (*robot)->step_to(now.ns); });
+  const Status ended = makes_time ? run_simulated(node, **robot, *file, rate)
+                                  : node.run([&robot](Time now) { return (*robot)->step_to(now.ns); });
   // asked to stop is what a robot process ends with
   if (!ended && ended.error().code == ErrorCode::kInterrupted) return {};
   return ended;

@@ -25,7 +25,7 @@ Robot::~Robot() = default;
 Result<std::unique_ptr<Robot>> Robot::create(Node& node, const RobotFile& file, const RunSettings& run,
                                              std::int64_t start_ns) {
   std::unique_ptr<Robot> robot(new Robot(start_ns));
-  DeviceContext context{robot->clock_, file.path, run, file.simulation, nullptr};
+  DeviceContext context{robot->clock_, file.path, run, file.simulation, nullptr, nullptr};
   for (const DeviceEntry& entry : file.devices) {
     if (Status added = robot->add_device(node, entry, context); !added) return added.error();
   }

@@ -51,6 +51,8 @@ class Network {
    public:
     virtual ~Stream() = default;
     virtual Status send(Bottle message) = 0;
+    // Waits until what was sent has left, so that it is there before what is asked afterwards.
+    virtual void flush() = 0;
   };
   virtual Result<std::unique_ptr<Stream>> stream_to(const std::string& remote, const std::string& local) = 0;
 
