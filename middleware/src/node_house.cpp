@@ -47,6 +47,9 @@ void NodeImpl::announce() {
       info.parameters().push_back(key + " = " + value);
     }
   }
+  if (!restarts_.empty()) {
+    info.parameters().push_back("restarts = " + restarts_);
+  }
   book_->each_port([&](PortRecord& port) { info.ports().push_back(to_message(port.describe())); });
   info_writer_->write(&info);
 }

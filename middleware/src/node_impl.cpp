@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstdlib>
 #include <sstream>
 
 #include "nido/middleware/port_name.h"
@@ -32,6 +33,11 @@ Time wall_now() {
   return {std::chrono::duration_cast<std::chrono::nanoseconds>(
               std::chrono::system_clock::now().time_since_epoch())
               .count()};
+}
+
+std::string restarts_from_environment() {
+  const char* count = std::getenv("NIDO_RESTARTS");  // NOLINT(concurrency-mt-unsafe): nobody sets it here
+  return count == nullptr ? "" : count;
 }
 
 std::int64_t period_ns(const NodeOptions& options) { return Time::from_seconds(options.period_s).ns; }
@@ -89,7 +95,8 @@ class NodeImpl::ClockReader final : public ReaderEvents {
   std::unique_ptr<Reader> reader_;
 };
 
-NodeImpl::NodeImpl(NodeOptions options) : options_(std::move(options)), log_(options_.name) {}
+NodeImpl::NodeImpl(NodeOptions options)
+    : options_(std::move(options)), restarts_(restarts_from_environment()), log_(options_.name) {}
 
 Result<std::unique_ptr<NodeImpl>> NodeImpl::make(NodeOptions options) {
   if (options.name.empty() || !check_port_name("/" + options.name)) {
@@ -278,36 +285,39 @@ void NodeImpl::log(NodeLog::Level level, const std::string& text) {
   book_->changes()->notify();
 }
 
-// A misspelt parameter would be a silent default: what was given and never asked for is refused. A node that
-// reads options().parameters by itself has asked for none, and checks them itself.
-Status NodeImpl::check_parameters() {
-  const std::lock_guard lock(mutex_);
-  if (parameters_.empty()) return {};
-  const auto is_known = [this](const std::string& key) {
-    return std::ranges::any_of(parameters_, [&key](const auto& asked) {
-      return key == asked.first || key.starts_with(asked.first + ".");
-    });
-  };
-  std::vector<std::pair<std::string, YAML::Node>> open = {{"", options_.parameters}};
-  while (!open.empty()) {
-    const auto [path, value] = open.back();
-    open.pop_back();
-    if (value.IsMap()) {
-      for (const auto& entry : value) {
-        open.emplace_back((path.empty() ? "" : path + ".") + entry.first.as<std::string>(), entry.second);
+// A misspelt parameter would be a silent default: what was given and never asked for is told. It is no error:
+// apps hand the same group to several nodes. A node that reads options().parameters by itself has asked for
+// none, and checks them itself.
+void NodeImpl::tell_unused_parameters() {
+  std::string unused;
+  {
+    const std::lock_guard lock(mutex_);
+    if (parameters_.empty()) return;
+    const auto is_known = [this](const std::string& key) {
+      return std::ranges::any_of(parameters_, [&key](const auto& asked) {
+        return key == asked.first || key.starts_with(asked.first + ".");
+      });
+    };
+    std::vector<std::pair<std::string, YAML::Node>> open = {{"", options_.parameters}};
+    while (!open.empty()) {
+      const auto [path, value] = open.back();
+      open.pop_back();
+      if (value.IsMap()) {
+        for (const auto& entry : value) {
+          open.emplace_back((path.empty() ? "" : path + ".") + entry.first.as<std::string>(), entry.second);
+        }
+      } else if (!path.empty() && !is_known(path)) {
+        unused += (unused.empty() ? "" : ", ") + path;
       }
-    } else if (!path.empty() && !is_known(path)) {
-      std::string known;
-      for (const auto& asked : parameters_) known += (known.empty() ? "" : ", ") + asked.first;
-      return Error{ErrorCode::kInvalidArgument, "node " + options_.name + " has no parameter " + path +
-                                                    " (as it runs here); it has " + known};
     }
   }
-  return {};
+  if (!unused.empty()) {
+    log_info("does not use these of its parameters: " + unused);
+  }
 }
 
 Status NodeImpl::run(const std::function<Status(Time)>& on_tick) {
-  if (auto status = check_parameters(); !status) return status;
+  tell_unused_parameters();
   switch (options_.clock) {
     case ClockMode::kWall:
       return run_on_wall(on_tick);

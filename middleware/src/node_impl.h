@@ -65,7 +65,7 @@ class NodeImpl final : public Node {
   [[nodiscard]] LockstepContext lockstep_context();
   [[nodiscard]] Error interrupted() const;
 
-  Status check_parameters();
+  void tell_unused_parameters();
   Status run_on_wall(const std::function<Status(Time)>& on_tick);
   Status run_on_clock(const std::function<Status(Time)>& on_tick);
   Status run_in_lockstep(const std::function<Status(Time)>& on_tick);
@@ -75,6 +75,7 @@ class NodeImpl final : public Node {
   std::string control(const std::string& command);
 
   const NodeOptions options_;
+  const std::string restarts_;  // of this process, as its launcher says; empty without one
   NodeLog log_;
   std::atomic<bool> stopped_{false};
   std::atomic<bool> closing_{false};

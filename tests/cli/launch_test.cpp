@@ -149,6 +149,25 @@ TEST_F(Launch, WhenTheClockDiesTheRunSaysThatItCannotGoOn) {
   EXPECT_TRUE(nothing_lives());
 }
 
+TEST_F(Launch, AKilledProcessEndsTheRunAndNothingIsLeft) {
+  const auto memory_before = shared_memory_files();
+  for (const std::string victim : {"eye", "judge", "robot"}) {
+    auto run = launch(app({robot_, "name: eye, depends_on: [robot], parameters: {behaviour: follow}",
+                           "name: judge, depends_on: [eye], parameters: {behaviour: judge, at: 1000000}"}));
+    ASSERT_TRUE(run->wait_for("3 processes are ready")) << run->out() << run->err();
+    const auto pids = processes_with(out().string() + "/nodes/" + victim + ".yaml");
+    ASSERT_EQ(pids.size(), 1U);
+    kill(pids.front(), SIGKILL);
+    const auto ended = run->wait(seconds(20));
+    EXPECT_EQ(ended.code, 1) << ended.out << ended.err;
+    EXPECT_NE(ended.out.find("process '" + victim + "' was killed by signal 9"), std::string::npos)
+        << ended.out;
+    EXPECT_TRUE(nothing_lives());
+  }
+  EXPECT_TRUE(
+      becomes_true([&] { return shared_memory_files().size() <= memory_before.size(); }, seconds(10)));
+}
+
 TEST_F(Launch, EndsAfterTheSimulatedTimeThatWasAskedFor) {
   const auto ended =
       launch(app({robot_, "name: eye, depends_on: [robot], parameters: {behaviour: follow}"}), {"--for", "1"})

@@ -210,6 +210,16 @@ TEST_F(Supervision, RestartsByPolicyThenGivesUp) {
   EXPECT_TRUE(supervisor_->all_gone());
 }
 
+TEST_F(Supervision, AProcessIsToldHowOftenItWasRestarted) {
+  auto weak = process("weak", {"environment", "NIDO_RESTARTS", "fail"});
+  weak.restart.on_failure = true;
+  weak.restart.max_restarts = 1;
+  weak.restart.backoff_s = 0;
+  ASSERT_TRUE(supervisor_->start(weak).ok());
+  EXPECT_EQ(wait_for([](const auto& e) { return e.kind == Kind::kOutput; }).text, "0");
+  EXPECT_EQ(wait_for([](const auto& e) { return e.kind == Kind::kOutput; }).text, "1");
+}
+
 TEST_F(Supervision, BackOffDoubles) {
   auto weak = process("weak", {"fail"});
   weak.restart.on_failure = true;

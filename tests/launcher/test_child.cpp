@@ -17,7 +17,7 @@ int main(int argc, char** argv) {
   if (mode == "environment") {
     const char* value = std::getenv(argv[2]);
     std::printf("%s\n", value == nullptr ? "unset" : value);
-    return 0;
+    return argc > 3 ? 1 : 0;  // a failure if there is one word more
   }
   if (mode == "many-lines") {
     for (int i = 0; i < 5000; ++i) std::printf("line %d\n", i);

@@ -102,4 +102,10 @@ class ChildProcess {
   std::string seen_;
 };
 
+// How a node ends after SIGTERM: in order, or, when a busy machine does not let it within a second, by its
+// own watch.
+inline bool ended_on_request(int status) {
+  return WIFEXITED(status) && (WEXITSTATUS(status) == 0 || WEXITSTATUS(status) == 128 + SIGTERM);
+}
+
 }  // namespace nido::testing

@@ -108,23 +108,6 @@ TEST(Control, AnswersAndRefuses) {
   EXPECT_TRUE(node->run([](Time) { return Status(); }).ok()) << "returns, as it was stopped";
 }
 
-TEST(Parameters, OneThatTheNodeDoesNotHaveIsRefusedWhenItRuns) {
-  auto options = options_of("worker");
-  options.parameters["home_deg"] = 3.0;
-  options.parameters["limits"]["far_m"] = 0.1;
-  auto node = make_node(options);
-  ASSERT_TRUE(node->parameter<double>("home_deg", 1.0).ok());
-  const auto misspelt = node->run([](Time) { return Status(Error{ErrorCode::kFailed, "it ran"}); });
-  ASSERT_FALSE(misspelt.ok());
-  EXPECT_EQ(misspelt.error().code, ErrorCode::kInvalidArgument);
-  EXPECT_NE(misspelt.error().message.find("no parameter limits.far_m"), std::string::npos)
-      << misspelt.error().message;
-  EXPECT_NE(misspelt.error().message.find("home_deg"), std::string::npos) << misspelt.error().message;
-  ASSERT_TRUE(node->parameter<double>("limits.far_m", 1.0).ok());
-  EXPECT_EQ(node->run([](Time) { return Status(Error{ErrorCode::kFailed, "it ran"}); }).error().message,
-            "it ran");
-}
-
 TEST(Parameters, WrongTypeIsRefusedByName) {
   auto options = options_of("worker");
   options.parameters["camera"]["width"] = "wide";

@@ -172,7 +172,10 @@ Status source(Node& node) {
 
 // Says what it gets; dies at the word "die", inside the call that delivers it as far as others can tell.
 Status listener(Node& node) {
-  auto in = node.open_input<msgs::String>("/listener/in:i", Profile::kEvent);
+  // of profile state it also gets the last message from before its time
+  const auto state = node.parameter<bool>("state", false);
+  auto in =
+      node.open_input<msgs::String>("/listener/in:i", state && *state ? Profile::kState : Profile::kEvent);
   if (!in) {
     return in.error();
   }

@@ -95,7 +95,7 @@ TEST(Process, AReaderThatDiesAtAMessageIsServedInItsNextLife) {
   auto node = make_node("writer");
   auto out = make_output<String>(*node, "/writer/out:o", Profile::kState);
   std::vector<std::string> words = arguments("listener");
-  words.insert(words.end(), {"--connect", "/writer/out:o=/listener/in:i"});
+  words.insert(words.end(), {"--connect", "/writer/out:o=/listener/in:i", "--set", "state=true"});
   for (int life = 1; life <= 5; ++life) {
     ChildProcess listener(NIDO_TEST_PEER, words);
     ASSERT_EQ(listener.line_with("READY"), "") << life;

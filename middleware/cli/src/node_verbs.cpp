@@ -1,6 +1,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdlib>
+#include <string_view>
 
 #include "nido/launcher/suggest.h"
 #include "verbs.h"
@@ -8,7 +10,19 @@
 namespace nido::cli {
 namespace {
 
-Json json_of(const NodeDescription& node) {
+constexpr std::string_view kRestarts = "restarts = ";
+
+// How often its launcher has started this process again; 0 if it was started by hand.
+int take_restarts(NodeDescription& node) {
+  const auto found = std::find_if(node.parameters.begin(), node.parameters.end(),
+                                  [](const std::string& text) { return text.starts_with(kRestarts); });
+  if (found == node.parameters.end()) return 0;
+  const int count = std::atoi(found->c_str() + kRestarts.size());
+  node.parameters.erase(found);
+  return count;
+}
+
+Json json_of(const NodeDescription& node, int restarts) {
   Json ports = Json::array();
   for (const auto& port : node.ports) {
     Json connections = Json::array();
@@ -25,8 +39,13 @@ Json json_of(const NodeDescription& node) {
                      {"written", port.written},
                      {"connections", connections}});
   }
-  return {{"name", node.name},   {"pid", node.pid},       {"host", node.host},
-          {"state", node.state}, {"detail", node.detail}, {"parameters", node.parameters},
+  return {{"name", node.name},
+          {"pid", node.pid},
+          {"host", node.host},
+          {"state", node.state},
+          {"detail", node.detail},
+          {"restarts", restarts},
+          {"parameters", node.parameters},
           {"ports", ports}};
 }
 
@@ -64,7 +83,7 @@ int node_info(const Common& common, const std::string& name) {
   session->directory->wait([&name](const Directory& d) { return interrupted() || d.node(name).has_value(); },
                            common.wait_s);
   if (interrupted()) return 130;
-  const auto node = session->directory->node(name);
+  auto node = session->directory->node(name);
   if (!node) {
     std::vector<std::string> names;
     for (const auto& one : session->directory->nodes()) names.push_back(one.name);
@@ -74,12 +93,13 @@ int node_info(const Common& common, const std::string& name) {
          fmt::format("there is no node '{}' in domain {}{}; there are: {}", name, common.domain,
                      near.empty() ? "" : fmt::format("; did you mean '{}'?", near), join_words(names))});
   }
+  const int restarts = take_restarts(*node);
   if (common.json) {
-    fmt::print("{}\n", json_of(*node).dump(2));
+    fmt::print("{}\n", json_of(*node, restarts).dump(2));
     return 0;
   }
-  fmt::print("{}: {}, pid {} on {}{}\n", node->name, node->state, node->pid, node->host,
-             node->detail.empty() ? "" : "; " + node->detail);
+  fmt::print("{}: {}, pid {} on {}, {} restarts{}\n", node->name, node->state, node->pid, node->host,
+             restarts, node->detail.empty() ? "" : "; " + node->detail);
   if (!node->parameters.empty()) fmt::print("parameters\n");
   for (const auto& parameter : node->parameters) fmt::print("  {}\n", parameter);
   for (const auto& [direction, title] : {std::pair<std::string, std::string>{"input", "reads"},

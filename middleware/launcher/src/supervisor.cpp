@@ -143,7 +143,10 @@ Status Supervisor::start(SupervisedProcess process) {
 }
 
 Status Supervisor::launch(Entry& entry) {
-  auto child = spawn(entry.process.command);
+  // a node tells it to who asks (nido node info)
+  ChildCommand command = entry.process.command;
+  command.environment["NIDO_RESTARTS"] = std::to_string(entry.restarts);
+  auto child = spawn(command);
   if (!child)
     return Error{child.error().code,
                  fmt::format("process '{}': {}", entry.process.name, child.error().message)};
@@ -290,8 +293,8 @@ std::vector<SupervisorEvent> Supervisor::poll(std::chrono::milliseconds timeout,
     entry->restart_due.reset();
     SupervisorEvent event;
     event.name = entry->process.name;
+    ++entry->restarts;
     if (auto status = launch(*entry); status) {
-      ++entry->restarts;
       event.kind = SupervisorEvent::Kind::kRestarted;
       event.text = fmt::format("process '{}' was started again", entry->process.name);
     } else {
