@@ -28,6 +28,8 @@ constexpr double kFurnitureDamping_Ns_m = 150;
 // Contact patch of a soft finger: resists turning about the normal with force times this arm.
 constexpr double kPadTwistArm_m = 0.004;
 constexpr double kStep_s = 0.001;
+constexpr double kSlowestBounce_m_s = 0.05;
+constexpr double kHardContact = 1e-6;  // ODE's softness of a contact that hardly gives way
 
 // A grip: how fast a slip is undone, beyond which slip the contact slides, how far it may wander as a finger
 // rolls, and how near two contacts of a pair must be to be the same one.
@@ -38,6 +40,12 @@ constexpr double kSameGrip_m = 0.005;
 
 bool overlap(const dReal* a, const dReal* b) {
   return a[0] <= b[1] && b[0] <= a[1] && a[2] <= b[3] && b[2] <= a[3] && a[4] <= b[5] && b[4] <= a[5];
+}
+
+Eigen::Vector3d point_velocity(dBodyID body, const Eigen::Vector3d& p_World_m) {
+  if (body == nullptr) return Eigen::Vector3d::Zero();
+  return to_eigen(dBodyGetLinearVel(body)) +
+         to_eigen(dBodyGetAngularVel(body)).cross(p_World_m - to_eigen(dBodyGetPosition(body)));
 }
 
 bool awake(const ObjectBody& object) {
@@ -138,7 +146,13 @@ bool Contacts::collide(dGeomID geom_a, dGeomID geom_b, const Side& a, const Side
     if (bounce > 0) {
       contact.surface.mode |= dContactBounce;
       contact.surface.bounce = bounce;
-      contact.surface.bounce_vel = 0.05;
+      contact.surface.bounce_vel = kSlowestBounce_m_s;
+      // what gives way does not bounce: at the moment of the impact the contact is hard
+      const Eigen::Vector3d closing = point_velocity(b.body, p) - point_velocity(a.body, p);
+      if (normal.dot(closing) > kSlowestBounce_m_s) {
+        contact.surface.soft_cfm = kHardContact;
+        contact.surface.soft_erp = 0;
+      }
     }
     if (pad) {
       contact.surface.mode |= dContactRolling;

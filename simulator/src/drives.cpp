@@ -12,6 +12,7 @@ constexpr double kFingerGain_1_s = 40;
 constexpr double kVelocityLeash_rad =
     0.1;  // velocity mode: how far its reference may run ahead of a blocked joint
 constexpr double kIdleFriction = 0.01;  // share of the largest torque that a motor without power resists with
+constexpr double kStandstill_rad_s = 1e-3;    // slower joints stand, as far as friction is concerned
 constexpr double kDone_rad = 0.0174533;       // 1 degree
 constexpr double kPeakOfMinimumJerk = 1.875;  // highest by mean velocity
 
@@ -395,6 +396,10 @@ void Drives::watch_limits(const RobotBody& robot) {
 
 void Drives::drive(double fraction, const RobotBody& robot) {
   watch_limits(robot);
+  // where gravity pulls at a hinge, weight that lags by a control period would feed a swing with energy
+  const bool swings = std::any_of(axes_.begin(), axes_.end(),
+                                  [](const AxisState& axis) { return !is_servo(axis.measured.mode); });
+  if (swings) robot.gravity_torques(gravity_Nm_);
   for (std::size_t i = 1; i < hinges_.size(); ++i) {
     const Hinge& hinge = hinges_[i];
     double reference = hinge.offset_rad;
@@ -430,9 +435,18 @@ void Drives::drive(double fraction, const RobotBody& robot) {
     // gives the torque below that speed and never more speed
     torque = std::clamp(torque, -hinge.max_torque_Nm, hinge.max_torque_Nm) + gravity_Nm_[i];
     const double friction = (idle ? kIdleFriction : 0.2 * kIdleFriction) * hinge.max_torque_Nm;
-    const bool moves = std::abs(torque) > friction;
-    dJointSetHingeParam(joint, dParamVel, moves ? std::copysign(hinge.max_velocity_rad_s, torque) : 0);
-    dJointSetHingeParam(joint, dParamFMax, moves ? std::abs(torque) - friction : friction);
+    // friction works against the motion: it takes from a torque that drives and adds to one that brakes
+    const double velocity = robot.velocity_rad_s(i);
+    const bool brakes = std::abs(velocity) > kStandstill_rad_s && velocity * torque < 0;
+    const double size = std::abs(torque);
+    if (size > friction) {
+      dJointSetHingeParam(joint, dParamVel, std::copysign(hinge.max_velocity_rad_s, torque));
+      dJointSetHingeParam(joint, dParamFMax, brakes ? size + friction : size - friction);
+    } else {
+      const bool drives = velocity * torque > 0 && std::abs(velocity) > kStandstill_rad_s;
+      dJointSetHingeParam(joint, dParamVel, 0);
+      dJointSetHingeParam(joint, dParamFMax, brakes ? friction + size : drives ? friction - size : friction);
+    }
   }
 }
 
@@ -494,6 +508,11 @@ void Drives::publish() {
     const auto part = static_cast<std::size_t>(axis_info_[a].part);
     measured_[part][a - first_axis_[part]] = axes_[a].measured;
   }
+}
+
+void Drives::shift_time(double by_s) {
+  time_s_ += by_s;
+  for (AxisState& axis : axes_) axis.trajectory.start_time_s += by_s;
 }
 
 void Drives::restore(const State& state) {

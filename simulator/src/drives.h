@@ -69,6 +69,8 @@ class Drives {
   };
   [[nodiscard]] State save() const { return {axes_, hinge_torque_Nm_, time_s_}; }
   void restore(const State& state);
+  // The clock runs on by so much while the joints stay in the midst of their motions.
+  void shift_time(double by_s);
 
  private:
   struct Share {

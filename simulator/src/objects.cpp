@@ -75,6 +75,30 @@ void ObjectBody::set_mass_kg(double mass) {
   if (body_ != nullptr) apply_mass();
 }
 
+void ObjectBody::set_velocity(const Eigen::Vector3d& v, const Eigen::Vector3d& w) {
+  if (body_ == nullptr) return;
+  dBodySetLinearVel(body_, v.x(), v.y(), v.z());
+  dBodySetAngularVel(body_, w.x(), w.y(), w.z());
+  wake();
+}
+
+void ObjectBody::push(const Eigen::Vector3d& force_World_N, const Eigen::Vector3d& torque_World_Nm,
+                      double duration_s) {
+  push_ = {force_World_N, torque_World_Nm, duration_s};
+  wake();
+}
+
+void ObjectBody::apply_push(double step_s) {
+  // half a step of grace: times are sums of steps
+  if (body_ == nullptr || push_.left_s < step_s / 2) return;
+  wake();
+  const Eigen::Vector3d& f = push_.force_World_N;
+  const Eigen::Vector3d& t = push_.torque_World_Nm;
+  dBodyAddForce(body_, f.x(), f.y(), f.z());
+  dBodyAddTorque(body_, t.x(), t.y(), t.z());
+  push_.left_s -= step_s;
+}
+
 Eigen::Isometry3d ObjectBody::X_WorldObject() const {
   if (body_ == nullptr) return X_WorldStatic_;
   Eigen::Isometry3d X = body_pose(body_);
@@ -169,6 +193,7 @@ ObjectBody::Motion ObjectBody::motion() const {
   if (body_ != nullptr) m = read_motion(body_);
   m.X_WorldObject = X_WorldObject();
   m.quiet_s = quiet_s_;
+  m.push = push_;
   return m;
 }
 
@@ -179,6 +204,7 @@ void ObjectBody::set_motion(const Motion& m) {
   }
   write_motion(body_, m);
   quiet_s_ = m.quiet_s;
+  push_ = m.push;
 }
 
 }  // namespace nido::sim

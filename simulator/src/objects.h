@@ -55,11 +55,23 @@ class ObjectBody {
   void set_surface(const Surface& surface) { description_.surface = surface; }
   void set_name(const std::string& name) { description_.name = name; }
   void set_mass_kg(double mass_kg);
+  // Of the centre of mass; nothing for static objects.
+  void set_velocity(const Eigen::Vector3d& v_World_m_s, const Eigen::Vector3d& w_World_rad_s);
+  // Acts at the centre of mass in every physics step of the time from now on; a new push takes the place of
+  // the old one.
+  void push(const Eigen::Vector3d& force_World_N, const Eigen::Vector3d& torque_World_Nm, double duration_s);
+  // Before every physics step.
+  void apply_push(double step_s);
 
   // Objects at rest for a while sleep until something touches or moves them; counted in physics steps.
   void rest_if_quiet(double step_s);
   void wake();
 
+  struct Push {
+    Eigen::Vector3d force_World_N = Eigen::Vector3d::Zero();
+    Eigen::Vector3d torque_World_Nm = Eigen::Vector3d::Zero();
+    double left_s = 0;
+  };
   struct Motion {
     Eigen::Isometry3d X_WorldObject = Eigen::Isometry3d::Identity();  // static objects only
     std::array<dReal, 3> position{};
@@ -69,6 +81,7 @@ class ObjectBody {
     std::array<dReal, 3> angular_velocity{};
     bool enabled = true;
     double quiet_s = 0;
+    Push push;
   };
   [[nodiscard]] Motion motion() const;
   void set_motion(const Motion& motion);
@@ -83,6 +96,7 @@ class ObjectBody {
   Eigen::Vector3d p_ObjectCom_m_ = Eigen::Vector3d::Zero();
   Eigen::Isometry3d X_WorldStatic_ = Eigen::Isometry3d::Identity();
   double quiet_s_ = 0;
+  Push push_;
 };
 
 // Bit-exact copies of a body's motion; ODE's setters normalise and so round.

@@ -51,7 +51,7 @@ void Simulation::Impl::build_objects() {
     objects.push_back(std::make_unique<ObjectBody>(world.id(), description));
   }
   ++revision;
-  ++object_set;
+  object_set = ++last_object_set;
 }
 
 bool Simulation::Impl::is_inside(std::size_t object, std::size_t basket) const {
@@ -241,6 +241,7 @@ Status Simulation::step(double duration_s) {
         seed_solver(static_cast<std::uint32_t>(s.options.seed * 1000003ULL + s.period * steps + i));
         s.drives->drive((i + 1.0) / steps, *s.robot);
         s.contacts->find(s.objects, s.options.physics_step_s);
+        for (auto& object : s.objects) object->apply_push(s.options.physics_step_s);
         if (dWorldQuickStep(s.world.id(), s.options.physics_step_s) == 0)
           throw OdeError("physics engine: out of memory");
         s.contacts->read_forces();
@@ -266,7 +267,11 @@ Status Simulation::step(double duration_s) {
 
 void Simulation::reset() {
   prepare_ode();
-  Impl& s = *impl_;
+  impl_->reset();
+}
+
+void Simulation::Impl::reset() {
+  Impl& s = *this;
   s.failure.clear();
   s.period = 0;
   s.head_velocity.fill(Eigen::Vector3d::Zero());
@@ -277,42 +282,66 @@ void Simulation::reset() {
   s.build_objects();
 }
 
-SavedState Simulation::save() const {
+SavedState Simulation::save() const { return impl_->save(); }
+
+SavedState Simulation::Impl::save() const {
   SavedState state;
   SavedState::Data& d = *state.data_;
-  const Impl& s = *impl_;
-  d.owner = impl_.get();
-  d.object_set = s.object_set;
-  d.period = s.period;
-  for (std::size_t i = 1; i < s.robot->link_count(); ++i)
-    d.links.push_back(read_motion(s.robot->bodies()[i]));
-  for (const auto& object : s.objects) d.objects.push_back(object->motion());
-  d.drives = s.drives->save();
-  d.contacts = s.contacts->save();
-  d.head_velocity = s.head_velocity;
-  d.limb_forces = *s.limb_forces;
+  d.owner = this;
+  d.object_set = object_set;
+  d.period = period;
+  for (std::size_t i = 1; i < robot->link_count(); ++i) d.links.push_back(read_motion(robot->bodies()[i]));
+  for (const auto& object : objects) d.objects.push_back(object->motion());
+  d.drives = drives->save();
+  d.contacts = contacts->save();
+  d.head_velocity = head_velocity;
+  d.limb_forces = *limb_forces;
   return state;
 }
 
 Status Simulation::restore(const SavedState& state) {
   prepare_ode();
-  Impl& s = *impl_;
-  if (!state.data_ || state.data_->owner != impl_.get()) {
+  return impl_->restore(state);
+}
+
+Status Simulation::Impl::restore(const SavedState& state) {
+  if (!state.data_ || state.data_->owner != this) {
     return Error{ErrorCode::kInvalidArgument, "a saved state belongs to the simulation that saved it"};
   }
   const SavedState::Data& d = *state.data_;
-  if (d.object_set != s.object_set) {
+  if (d.object_set != object_set) {
     return Error{ErrorCode::kInvalidArgument, "objects were made or deleted since the state was saved"};
   }
-  for (std::size_t i = 1; i < s.robot->link_count(); ++i) write_motion(s.robot->bodies()[i], d.links[i - 1]);
-  for (std::size_t i = 0; i < s.objects.size(); ++i) s.objects[i]->set_motion(d.objects[i]);
-  s.drives->restore(d.drives);
-  s.contacts->restore(d.contacts);
-  s.period = d.period;
-  s.head_velocity = d.head_velocity;
-  *s.limb_forces = d.limb_forces;
-  s.failure.clear();
+  for (std::size_t i = 1; i < robot->link_count(); ++i) write_motion(robot->bodies()[i], d.links[i - 1]);
+  for (std::size_t i = 0; i < objects.size(); ++i) objects[i]->set_motion(d.objects[i]);
+  drives->restore(d.drives);
+  contacts->restore(d.contacts);
+  period = d.period;
+  head_velocity = d.head_velocity;
+  *limb_forces = d.limb_forces;
+  failure.clear();
   return {};
+}
+
+WorldSnapshot Simulation::Impl::snapshot() const {
+  WorldSnapshot made;
+  made.object_set = object_set;
+  for (const auto& object : objects) made.objects.push_back(object->description());
+  made.state = save();
+  return made;
+}
+
+Status Simulation::Impl::restore(const WorldSnapshot& snapshot) {
+  // the objects as they were, also what has been renamed, recoloured or deleted since
+  std::vector<std::unique_ptr<ObjectBody>> made;
+  for (const ObjectDescription& description : snapshot.objects) {
+    made.push_back(std::make_unique<ObjectBody>(world.id(), description));
+  }
+  contacts->forget();
+  objects = std::move(made);
+  object_set = snapshot.object_set;
+  ++revision;
+  return restore(snapshot.state);
 }
 
 const std::vector<PartInfo>& Simulation::parts() const { return impl_->drives->parts(); }

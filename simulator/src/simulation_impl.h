@@ -2,6 +2,7 @@
 
 #include <ode/ode.h>
 
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -37,6 +38,13 @@ class OdeWorld {
   dThreadingImplementationID threading_;
 };
 
+// Everything that a simulation can come back to, objects that were deleted since included.
+struct WorldSnapshot {
+  std::uint64_t object_set = 0;
+  std::vector<ObjectDescription> objects;
+  SavedState state;
+};
+
 // What a Simulation is inside. The world's text commands work on it too.
 struct Simulation::Impl {
   SimulationOptions options;
@@ -48,18 +56,26 @@ struct Simulation::Impl {
   std::unique_ptr<Contacts> contacts;
   std::unique_ptr<LimbForces> limb_forces;
   std::vector<std::unique_ptr<ObjectBody>> objects;
-  std::int64_t period = 0;         // control periods since the start
-  std::uint64_t revision = 1;      // of what there is to draw
-  std::uint64_t object_set = 1;    // changes when objects are made or deleted
-  std::string model_folder = ".";  // where the world vocabulary looks for models
-  std::string failure;             // why the simulation stopped; empty: it runs
+  std::int64_t period = 0;       // control periods since the start
+  std::uint64_t revision = 1;    // of what there is to draw
+  std::uint64_t object_set = 0;  // which set of objects this is; another one when some are made or deleted
+  std::uint64_t last_object_set = 0;  // highest number that was given
+  std::string model_folder = ".";     // where the world vocabulary looks for models
+  std::string failure;                // why the simulation stopped; empty: it runs
   std::vector<std::string> link_names;
   std::array<RobotBody::Frame, 2> cameras;
   std::array<Eigen::Vector3d, 2> head_velocity = {
       Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};  // of the inertial sensor, now and a period before
   RobotBody::Frame inertial;
 
+  std::map<std::string, WorldSnapshot> snapshots;  // by the names that the world port gave them
+
   void build_objects();
+  void reset();
+  [[nodiscard]] SavedState save() const;
+  Status restore(const SavedState& state);
+  [[nodiscard]] WorldSnapshot snapshot() const;
+  Status restore(const WorldSnapshot& snapshot);
   // Index or -1.
   [[nodiscard]] int find_object(std::string_view name) const;
   [[nodiscard]] bool is_inside(std::size_t object, std::size_t basket) const;

@@ -5,8 +5,7 @@
 #include <numbers>
 
 #include "ode_library.h"
-#include "simulation_impl.h"
-#include "world_text.h"
+#include "world_verbs.h"
 
 namespace nido::sim {
 namespace {
@@ -46,7 +45,8 @@ std::vector<std::size_t> all_of_kind(const Impl& sim, const std::string& kind) {
   return found;
 }
 
-// Reads `KIND N` or a name, quoted or as several words; index of the object.
+}  // namespace
+
 std::size_t read_object(const Impl& sim, Arguments& arguments) {
   if (!arguments.ok()) return 0;
   if (arguments.done()) {
@@ -94,20 +94,27 @@ std::size_t read_object(const Impl& sim, Arguments& arguments) {
   return found[static_cast<std::size_t>(n) - 1];
 }
 
+void objects_changed(Impl& sim) {
+  ++sim.revision;
+  sim.object_set = ++sim.last_object_set;
+  sim.contacts->forget();
+  sim.wake_all();
+}
+
+std::string pose_text(const Eigen::Isometry3d& X) {
+  const Eigen::Quaterniond q(X.linear());
+  return vector_text(X.translation()) + " " + number_text(q.x()) + " " + number_text(q.y()) + " " +
+         number_text(q.z()) + " " + number_text(q.w());
+}
+
+namespace {
+
 Eigen::Isometry3d X_PortObject(const ObjectBody& object) {
   return X_WorldPort().inverse() * object.X_WorldObject();
 }
 
 std::string position_text(const ObjectBody& object) {
   return vector_text(X_PortObject(object).translation());
-}
-
-// the objects changed: nothing of the last contacts may be used again
-void objects_changed(Impl& sim) {
-  ++sim.revision;
-  ++sim.object_set;
-  sim.contacts->forget();
-  sim.wake_all();
 }
 
 std::string make(Impl& sim, Arguments& arguments) {
@@ -342,34 +349,6 @@ std::string rename(Impl& sim, Arguments& arguments) {
   return "[ok]";
 }
 
-std::string mass(Impl& sim, Arguments& arguments) {
-  const std::size_t index = read_object(sim, arguments);
-  if (!arguments.ok()) return arguments.failure();
-  ObjectBody& object = *sim.objects[index];
-  if (arguments.done()) return number_text(object.body() == nullptr ? 0 : mass_kg(object.description()));
-  const double value = arguments.number("could not set mass", "the mass (kg)", 0.001, 1000);
-  arguments.end();
-  if (!arguments.ok()) return arguments.failure();
-  if (object.body() == nullptr) return fail_reply("could not set mass", "a static object has none");
-  object.set_mass_kg(value);
-  sim.wake_all();
-  return "[ok]";
-}
-
-std::string friction(Impl& sim, Arguments& arguments) {
-  const std::size_t index = read_object(sim, arguments);
-  if (!arguments.ok()) return arguments.failure();
-  ObjectBody& object = *sim.objects[index];
-  Surface surface = object.description().surface;
-  if (arguments.done()) return number_text(surface.friction);
-  surface.friction = arguments.number("could not set friction", "the friction", 0, 10);
-  arguments.end();
-  if (!arguments.ok()) return arguments.failure();
-  object.set_surface(surface);
-  sim.wake_all();
-  return "[ok]";
-}
-
 std::string list(Impl& sim, Arguments& arguments) {
   arguments.end();
   if (!arguments.ok()) return arguments.failure();
@@ -385,13 +364,6 @@ std::string list(Impl& sim, Arguments& arguments) {
              kind + " " + std::to_string(n) + " " + position_text(*object) + ")";
   }
   return reply.empty() ? "[ok]" : reply;
-}
-
-// x y z qx qy qz qw
-std::string pose_text(const Eigen::Isometry3d& X) {
-  const Eigen::Quaterniond q(X.linear());
-  return vector_text(X.translation()) + " " + number_text(q.x()) + " " + number_text(q.y()) + " " +
-         number_text(q.z()) + " " + number_text(q.w());
 }
 
 // -- answers for the judge, in the root frame
@@ -453,36 +425,75 @@ struct Verb {
   const char* name;
   std::string (*run)(Impl&, Arguments&);
   const char* usage;
+  const char* example;
 };
 
-constexpr std::array<Verb, 18> kVerbs = {{
+// docs/world.md lists the same verbs; a test compares
+constexpr std::array<Verb, 26> kVerbs = {{
     {"mk", make,
      "mk [s]box SX SY SZ X Y Z R G B | [s]sph RADIUS X Y Z R G B | [s]cyl RADIUS LENGTH X Y Z R G B | "
-     "[s]model FILE TEXTURE X Y Z, then [0|1]: touches the robot"},
-    {"get", get, "get OBJECT | lhand | rhand | mdir: position"},
-    {"set", set, "set OBJECT X Y Z | mdir FOLDER"},
-    {"rot", rotate, "rot OBJECT [RX RY RZ]: degrees, R = Rx Ry Rz"},
-    {"col", colour, "col OBJECT [R G B]"},
-    {"num", count, "num KIND | all"},
-    {"del", remove, "del OBJECT | all"},
-    {"grab", grab, "grab OBJECT left|right 1|0: refused, hands with fingers hold things themselves"},
-    {"name", rename, "name OBJECT NEWNAME"},
-    {"mass", mass, "mass OBJECT [KG]"},
-    {"friction", friction, "friction OBJECT [MU]"},
-    {"list", list, "list: (NAME KIND N X Y Z) of all objects"},
-    {"where", where, "where OBJECT: x y z qx qy qz qw sx sy sz, centre and edges of its box, root frame"},
+     "[s]model FILE TEXTURE X Y Z, then [0|1]: touches the robot",
+     "world mk box 0.05 0.05 0.05 0.1 0.6 0.3 1 0 0"},
+    {"get", get, "get OBJECT | lhand | rhand | mdir: position", "world get box 1"},
+    {"set", set, "set OBJECT X Y Z | mdir FOLDER", "world set box 1 0 0.6 0.35"},
+    {"rot", rotate, "rot OBJECT [RX RY RZ]: degrees, R = Rx Ry Rz", "world rot box 1 0 45 0"},
+    {"col", colour, "col OBJECT [R G B]", "world col box 1 0 0 1"},
+    {"num", count, "num KIND | all", "world num box"},
+    {"del", remove, "del OBJECT | all", "world del box 1"},
+    {"grab", grab, "grab OBJECT left|right 1|0: refused, hands with fingers hold things themselves",
+     "world grab box 1 right 1"},
+    {"name", rename, "name OBJECT NEWNAME", "world name box 1 \"blue cube\""},
+    {"mass", world_mass, "mass OBJECT [KG]", "world mass box 1 0.2"},
+    {"density", world_density, "density OBJECT [KG/M3]: sets the mass by the volume",
+     "world density box 1 640"},
+    {"friction", world_friction, "friction OBJECT [MU]", "world friction box 1 0.5"},
+    {"restitution", world_restitution, "restitution OBJECT [0..1]: a pair bounces with the lower of both",
+     "world restitution sph 1 0.8"},
+    {"speed", world_speed, "speed OBJECT [VX VY VZ [WX WY WZ]]: m/s and rad/s", "world speed sph 1 0 2 0"},
+    {"force", world_force, "force OBJECT FX FY FZ [SECONDS]: N at the centre of mass, 0.01 s if not said",
+     "world force box 1 0 0 2 0.5"},
+    {"torque", world_torque, "torque OBJECT TX TY TZ [SECONDS]: N m; in place of the force before",
+     "world torque box 1 0 0.01 0 0.1"},
+    {"list", list, "list: (NAME KIND N X Y Z) of all objects", "world list"},
+    {"snapshot", world_snapshot, "snapshot [NAME]: keeps the whole simulation to come back to",
+     "world snapshot before"},
+    {"restore", world_restore, "restore [NAME]: back to a snapshot; time goes on", "world restore before"},
+    {"reset", world_reset, "reset: robot and objects as at the start; time goes on", "world reset"},
+    {"where", where, "where OBJECT: x y z qx qy qz qw sx sy sz, centre and edges of its box, root frame",
+     "world where box 1"},
     {"touching", touching,
-     "touching OBJECT: 1 if a hand touches it, 1 if table, floor or another object does"},
-    {"contacts", contacts, "contacts OBJECT: (NAME FORCE) of everything that touches it, N"},
-    {"inside", inside, "inside OBJECT BASKET: 1 or 0"},
-    {"palm", palm, "palm left|right: x y z qx qy qz qw of the palm frame, root frame"},
-    {"help", nullptr, "help: this"},
+     "touching OBJECT: 1 if a hand touches it, 1 if table, floor or another object does",
+     "world touching box 1"},
+    {"contacts", contacts, "contacts OBJECT: (NAME FORCE) of everything that touches it, N",
+     "world contacts box 1"},
+    {"inside", inside, "inside OBJECT BASKET: 1 or 0", "world inside box 1 basket"},
+    {"palm", palm, "palm left|right: x y z qx qy qz qw of the palm frame, root frame", "world palm right"},
+    {"link", world_link, "link [NAME]: x y z qx qy qz qw of a link, root frame; without a name, all names",
+     "world link r_index_tip"},
 }};
 
 std::string help() {
   std::string text = "OBJECT is KIND N (box 1) or a name. x left, y up, z forward, m.";
   for (const Verb& verb : kVerbs) text += std::string("\nworld ") + verb.usage;
-  return text;
+  return text + "\nworld help [VERB]: this, or one line with an example";
+}
+
+std::string unknown_verb() {
+  std::string known;
+  for (const Verb& verb : kVerbs) known += (known.empty() ? "" : ", ") + std::string(verb.name);
+  return fail_reply("unrecognized command", "world knows " + known + ", help");
+}
+
+std::string help(Arguments& arguments) {
+  arguments.skip();
+  if (arguments.done()) return help();
+  const std::string name = arguments.word("the verb");
+  arguments.end();
+  if (!arguments.ok()) return arguments.failure();
+  for (const Verb& verb : kVerbs) {
+    if (name == verb.name) return std::string("world ") + verb.usage + "\nexample: " + verb.example;
+  }
+  return unknown_verb();
 }
 
 }  // namespace
@@ -491,24 +502,21 @@ std::string run_world_command(Simulation::Impl& simulation, const std::string& l
   Words split = split_words(line);
   if (!split.trouble.empty()) return fail_reply("cannot read the line", split.trouble);
   if (split.words.empty()) return fail_reply("unrecognized command", "say world help");
-  if (split.words[0] == "help") return help();
   // the first word may be left out: `nido world list`
   Arguments arguments(std::move(split.words));
   if (arguments.peek() == "world") arguments.skip();
   const std::string verb = arguments.peek();
+  if (verb == "help") return help(arguments);
   for (const Verb& known : kVerbs) {
     if (verb != known.name) continue;
     arguments.skip();
-    if (known.run == nullptr) return help();
     try {
       return known.run(simulation, arguments);
     } catch (const OdeError& e) {
       return fail_reply("cannot create object of requested type", e.what());
     }
   }
-  std::string known_verbs;
-  for (const Verb& v : kVerbs) known_verbs += (known_verbs.empty() ? "" : ", ") + std::string(v.name);
-  return fail_reply("unrecognized command", "world knows " + known_verbs);
+  return unknown_verb();
 }
 
 }  // namespace nido::sim

@@ -29,7 +29,8 @@ struct Measured {
 };
 
 double median(std::vector<double> values) {
-  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2), values.end());
+  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2),
+                   values.end());
   return values[values.size() / 2];
 }
 
@@ -45,8 +46,9 @@ int main(int argc, char** argv) {
   int pieces = 20;
   bool json = false;
   std::string only;
-  CLI::App app{"Measures the physics: 53 joints in motion, a ball in each hand, a table with eight things. "
-               "Example: nido-bench-physics --json"};
+  CLI::App app{
+      "Measures the physics: 53 joints in motion, a ball in each hand, a table with eight things. "
+      "Example: nido-bench-physics --json"};
   app.add_option("--urdf", urdf);
   app.add_option("-n,--pieces", pieces, "pieces of 0.2 simulated seconds")->check(CLI::Range(1, 100000));
   app.add_option("--only", only, "only the contender of this name");
@@ -90,8 +92,11 @@ int main(int argc, char** argv) {
   nlohmann::json rows = nlohmann::json::array();
   for (const Measured& m : all) {
     const auto row = [&](const char* metric, double value, const char* unit) {
-      rows.push_back(
-          {{"who", m.contender->name()}, {"metric", metric}, {"value", value}, {"unit", unit}, {"n", pieces}});
+      rows.push_back({{"who", m.contender->name()},
+                      {"metric", metric},
+                      {"value", value},
+                      {"unit", unit},
+                      {"n", pieces}});
     };
     row("realtime_factor_p50", median(m.wall_factor), "1");
     row("realtime_factor_max", *std::max_element(m.wall_factor.begin(), m.wall_factor.end()), "1");

@@ -42,8 +42,8 @@ class MjcfWriter {
     out_ << "</worldbody>\n<actuator>\n";
     for (std::size_t i = 1; i < robot_.links.size(); ++i) {
       const double torque = robot_.links[i].max_torque_Nm;
-      out_ << "<position joint=\"j" << i << "\" kp=\"" << 20 * torque << "\" forcelimited=\"true\" forcerange=\""
-           << -torque << ' ' << torque << "\"/>\n";
+      out_ << "<position joint=\"j" << i << "\" kp=\"" << 20 * torque
+           << "\" forcelimited=\"true\" forcerange=\"" << -torque << ' ' << torque << "\"/>\n";
     }
     out_ << "</actuator></mujoco>\n";
     return out_.str();
@@ -77,8 +77,8 @@ class MjcfWriter {
       shapes(link);
     } else {
       const double mass_kg = std::max(link.mass.mass_kg, 0.02);
-      const Eigen::Matrix3d I = link.mass.inertia_kgm2 * (mass_kg / link.mass.mass_kg) +
-                                2e-5 * Eigen::Matrix3d::Identity();
+      const Eigen::Matrix3d I =
+          link.mass.inertia_kgm2 * (mass_kg / link.mass.mass_kg) + 2e-5 * Eigen::Matrix3d::Identity();
       out_ << "<body name=\"b" << index << "\" " << pose(link.X_ParentLink) << "><inertial pos=\""
            << text(link.mass.center_m) << "\" mass=\"" << mass_kg << "\" fullinertia=\"" << I(0, 0) << ' '
            << I(1, 1) << ' ' << I(2, 2) << ' ' << I(0, 1) << ' ' << I(0, 2) << ' ' << I(1, 2)
@@ -96,7 +96,8 @@ class MjcfWriter {
   void thing(const Thing& t, bool moves) {
     out_ << "<body pos=\"" << text(t.p_Root_m) << "\">" << (moves ? "<freejoint/>" : "")
          << "<geom contype=\"2\" conaffinity=\"3\" type=\""
-         << (t.ball ? "sphere\" size=\"" + std::to_string(t.size_m.x()) : "box\" size=\"" + text(t.size_m / 2))
+         << (t.ball ? "sphere\" size=\"" + std::to_string(t.size_m.x())
+                    : "box\" size=\"" + text(t.size_m / 2))
          << "\"" << (moves ? " mass=\"" + std::to_string(t.mass_kg) + "\"" : std::string()) << "/></body>\n";
   }
 
@@ -113,7 +114,8 @@ class Mujoco : public Contender {
       joint_.push_back(mj_name2id(model, mjOBJ_JOINT, ("j" + std::to_string(i)).c_str()));
     }
     const Eigen::VectorXd hinges = scene.model().hinge_angles(scene.start_rad());
-    for (std::size_t i = 0; i < hinge_.size(); ++i) data_->qpos[model->jnt_qposadr[joint_[i]]] = hinges[hinge_[i]];
+    for (std::size_t i = 0; i < hinge_.size(); ++i)
+      data_->qpos[model->jnt_qposadr[joint_[i]]] = hinges[hinge_[i]];
     mj_forward(model_, data_);
   }
   ~Mujoco() override {

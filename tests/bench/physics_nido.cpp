@@ -49,12 +49,12 @@ Result<std::unique_ptr<Contender>> make_nido(const PhysicsScene& scene, int thre
     const std::string count = (*made)->world("world num " + kind);
     const std::string reply = (*made)->world("world mk " + kind + size + text(p) + " 0.8 0.2 0.2");
     if (reply != "[ok]") return Error{ErrorCode::kFailed, reply};
-    const std::string mass = (*made)->world("world mass " + kind + " " + std::to_string(std::stoi(count) + 1) +
-                                            " " + std::to_string(thing.mass_kg));
+    const std::string mass =
+        (*made)->world("world mass " + kind + " " + std::to_string(std::stoi(count) + 1) + " " +
+                       std::to_string(thing.mass_kg));
     if (mass != "[ok]") return Error{ErrorCode::kFailed, mass};
   }
-  return std::unique_ptr<Contender>(
-      std::make_unique<NidoContender>(scene, std::move(*made), threads));
+  return std::unique_ptr<Contender>(std::make_unique<NidoContender>(scene, std::move(*made), threads));
 }
 
 }  // namespace nido::bench

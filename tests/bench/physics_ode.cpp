@@ -63,9 +63,8 @@ class BareOde : public Contender {
       }
       dJointGroupEmpty(contacts_);
       count_ = 0;
-      dSpaceCollide(space_, this, [](void* self, dGeomID a, dGeomID b) {
-        static_cast<BareOde*>(self)->meet(a, b);
-      });
+      dSpaceCollide(space_, this,
+                    [](void* self, dGeomID a, dGeomID b) { static_cast<BareOde*>(self)->meet(a, b); });
       dWorldQuickStep(world_.id(), 0.001);
     }
     return {};

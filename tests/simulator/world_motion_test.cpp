@@ -1,0 +1,119 @@
+// The world port's verbs of properties, motion and going back; its help and its page.
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <sstream>
+
+#include "nido/simulator/simulation.h"
+#include "world_fixture.h"
+
+namespace nido::sim {
+namespace {
+
+bool failed(const std::string& reply) { return reply.starts_with("[fail]"); }
+
+TEST(WorldMotion, properties_are_set_and_read) {
+  auto sim = make(robot_only());
+  EXPECT_EQ(sim->world("world mk box 0.1 0.1 0.1 1 1 0 1 0 0"), "[ok]");
+  EXPECT_EQ(sim->world("world mk sbox 0.1 0.1 0.1 1.5 1 0 1 0 0"), "[ok]");
+  EXPECT_EQ(sim->world("world density box 1"), "640.0");
+  EXPECT_EQ(sim->world("world density box 1 1000"), "[ok]");
+  EXPECT_EQ(sim->world("world mass box 1"), "1.0");
+  EXPECT_EQ(sim->world("world restitution box 1 0.7"), "[ok]");
+  EXPECT_EQ(sim->world("world restitution box 1"), "0.7");
+  EXPECT_EQ(sim->world("world speed box 1 1 2 3 0.1 0.2 0.3"), "[ok]");
+  EXPECT_EQ(sim->world("world speed box 1"), "1.0 2.0 3.0 0.1 0.2 0.3");
+  for (const char* line :
+       {"world density box 1 0", "world density box 1 nan", "world density sbox 1 100",
+        "world restitution box 1 1.1", "world speed box 1 1 2", "world speed sbox 1 1 2 3",
+        "world speed box 1 1e9 0 0", "world force box 1", "world force sbox 1 1 0 0",
+        "world force box 1 inf 0 0", "world force box 1 1 0 0 -1", "world torque box 1 0 0",
+        "world speed box 1 0 0 0 0 0 0 0", "world link nowhere", "world link r_hand 2"}) {
+    EXPECT_TRUE(failed(sim->world(line))) << line << " -> " << sim->world(line);
+  }
+  EXPECT_EQ(sim->world("world speed box 1"), "1.0 2.0 3.0 0.1 0.2 0.3") << "a refused line changes nothing";
+}
+
+TEST(WorldMotion, a_force_gives_its_impulse) {
+  auto sim = make(robot_only());
+  ASSERT_EQ(sim->world("world mk box 0.1 0.1 0.1 1 2 0 1 0 0"), "[ok]");
+  ASSERT_EQ(sim->world("world mass box 1 2"), "[ok]");
+  ASSERT_EQ(sim->world("world force box 1 0 0 4 0.25"), "[ok]");
+  ASSERT_TRUE(sim->step(0.4).ok());
+  // 4 N for 0.25 s on 2 kg, forward: against x of the root frame
+  EXPECT_NEAR(sim->object("box 1")->v_World_m_s.x(), -0.5, 1e-6);
+  ASSERT_EQ(sim->world("world torque box 1 0 0.01 0 0.1"), "[ok]");
+  ASSERT_TRUE(sim->step(0.2).ok());
+  const double inertia = 2.0 / 12 * 0.02;
+  EXPECT_NEAR(sim->object("box 1")->w_World_rad_s.z(), 0.001 / inertia, 1e-4);
+}
+
+TEST(WorldMotion, a_snapshot_brings_everything_back_and_time_goes_on) {
+  auto sim = make(with_world("table"));
+  const int arm = sim->part_index("right_arm");
+  const std::array<int, 1> elbow = {3};
+  ASSERT_TRUE(sim->step(0.1).ok());
+  ASSERT_TRUE(sim->command(arm, JointMode::kPosition, elbow, std::array<double, 1>{0.6}).ok());
+  ASSERT_TRUE(sim->step(0.3).ok());
+  const std::string before = sim->world("world list");
+  const std::uint64_t hash = sim->state_hash();
+  ASSERT_EQ(sim->world("world snapshot"), "[ok]");
+  ASSERT_EQ(sim->world("world del \"blue cube\""), "[ok]");
+  ASSERT_EQ(sim->world("world mk sph 0.05 0 1 0.3 1 0 0"), "[ok]");
+  ASSERT_EQ(sim->world("world name \"red ball\" tomato"), "[ok]");
+  ASSERT_TRUE(sim->step(0.5).ok());
+  const double time_s = sim->time_s();
+  ASSERT_EQ(sim->world("world restore"), "[ok]");
+  EXPECT_EQ(sim->world("world list"), before);
+  EXPECT_EQ(sim->state_hash(), hash);
+  EXPECT_EQ(sim->time_s(), time_s);
+  ASSERT_TRUE(sim->step(3).ok());
+  EXPECT_NEAR(sim->joints(arm)[3].position_rad, 0.6, 0.01) << "the motion went on from where it was";
+  EXPECT_TRUE(failed(sim->world("world restore never")));
+  ASSERT_EQ(sim->world("world reset"), "[ok]");
+  EXPECT_NE(sim->world("world list").find("blue cube"), std::string::npos);
+  EXPECT_GT(sim->time_s(), time_s);
+  for (int i = 0; i < 7; ++i) EXPECT_EQ(sim->world("world snapshot s" + std::to_string(i)), "[ok]");
+  EXPECT_TRUE(failed(sim->world("world snapshot one_more")));
+}
+
+TEST(WorldMotion, link_gives_the_pose_of_any_link) {
+  auto sim = make(robot_only());
+  std::istringstream in(sim->world("world link r_index_tip"));
+  std::array<double, 7> v{};
+  for (double& x : v) ASSERT_TRUE(in >> x);
+  EXPECT_LT((Eigen::Vector3d(v[0], v[1], v[2]) - sim->X_WorldLink("r_index_tip")->translation()).norm(),
+            1e-5);
+  EXPECT_NE(sim->world("world link").find("l_foot"), std::string::npos);
+}
+
+// every verb has its help with an example, and its line on the page
+TEST(WorldMotion, help_and_the_page_know_every_verb) {
+  auto sim = make(robot_only());
+  std::ifstream page(config("../docs/world.md"));
+  const std::string docs((std::istreambuf_iterator<char>(page)), std::istreambuf_iterator<char>());
+  std::istringstream help(sim->world("world help"));
+  std::string line;
+  int verbs = 0;
+  while (std::getline(help, line)) {
+    if (!line.starts_with("world ")) continue;
+    const std::string verb = line.substr(6, line.find_first_of(" :", 6) - 6);
+    EXPECT_NE(docs.find("world " + verb), std::string::npos) << verb << " is missing in docs/world.md";
+    ++verbs;
+    if (verb == "help") continue;
+    const std::string one = sim->world("world help " + verb);
+    EXPECT_TRUE(one.starts_with("world " + verb)) << one;
+    const std::size_t example = one.find("\nexample: world " + verb);
+    EXPECT_NE(example, std::string::npos) << one;
+    // the example is understood: it may name a thing that is not there
+    const std::string reply = sim->world(one.substr(example + 10));
+    EXPECT_EQ(reply.find("too few words"), std::string::npos) << reply;
+    EXPECT_EQ(reply.find("too many words"), std::string::npos) << reply;
+    EXPECT_EQ(reply.find("unrecognized command"), std::string::npos) << reply;
+  }
+  EXPECT_GE(verbs, 25);
+  EXPECT_TRUE(failed(sim->world("world help dance")));
+}
+
+}  // namespace
+}  // namespace nido::sim
