@@ -49,7 +49,8 @@ int run(const std::string& kind, int count, std::uint64_t seed, const std::strin
     believed_wrongly += result.held != result.said_so ? 1 : 0;
     const Eigen::Vector3d end_m = lab.p_Root_m();
     fmt::print(
-        "{:3} {} at {:.3f} {:.3f} yaw {:4.0f}: {}{}, slip {:.1f} mm, in palm {:.0f} {:.0f} {:.0f} mm, ends at "
+        "{:3} {} at {:.3f} {:.3f} yaw {:4.0f}: {}{}, slip {:.1f} mm, in palm {:.0f} {:.0f} {:.0f} mm, ends "
+        "at "
         "{:.3f} {:.3f} {:.3f} {}{}\n",
         i, thing.line, thing.place_m.x(), thing.place_m.y(), thing.yaw_deg,
         result.in_basket ? "in the basket"
