@@ -10,6 +10,8 @@
 
 #include "../cli/tool.h"
 #include "contents.h"
+#include "nido/middleware/node.h"
+#include "nido/recorder/raw_message.h"
 #include "temp_folder.h"
 
 namespace nido::test {
@@ -152,6 +154,43 @@ TEST(RecordVerb, APortThatNeverComesIsNamed) {
   EXPECT_EQ(rate.wait().code, 2);
   Program missing(NIDO, in_domain({"replay", (folder.path() / "b.mcap").string()}));
   EXPECT_EQ(missing.wait().code, 3);
+}
+
+TEST(RecordVerb, TypesThatNobodyKnowsAreReadAndRecordedToo) {
+  const TempFolder folder;
+  const std::string file = (folder.path() / "a.mcap").string();
+  NodeOptions options;
+  options.name = "other";
+  options.domain = std::stoi(kDomain);
+  options.handle_signals = false;
+  auto node = Node::create(options);
+  ASSERT_TRUE(node.ok()) << node.error().message;
+  auto output = (*node)->open_raw_output("/other/thing:o", raw_message_type("other_msgs/msg/Thing"),
+                                         Profile::kState, 16);
+  ASSERT_TRUE(output.ok()) << output.error().message;
+  const RawMessage message(std::string_view("\0\1\0\0\x2a\0\0\0", 8));
+  ASSERT_TRUE((*output)->write(&message).ok());
+  Program reader(NIDO,
+                 in_domain({"port", "read", "/other/thing:o", "--count", "1", "--json", "--wait", "20"}));
+  const auto read = reader.wait();
+  EXPECT_EQ(read.code, 0) << read.err;
+  EXPECT_NE(read.out.find("\"cdr\":\"000100002a000000\""), std::string::npos) << read.out;
+  EXPECT_NE(read.out.find("other_msgs/msg/Thing"), std::string::npos) << read.out;
+  Program recorder(NIDO, in_domain({"record", "-o", file, "/other/thing:o"}));
+  ASSERT_TRUE(recorder.wait_for("recording"));
+  ASSERT_TRUE((*output)->wait_for_readers(1, 20.0));
+  ASSERT_TRUE((*output)->write(&message).ok());
+  ASSERT_TRUE(becomes_true([&] {
+    auto reading = mcap::Reader::open(file);
+    return reading && (*reading)->message_count() >= 1;
+  }));
+  recorder.signal(SIGINT);
+  EXPECT_EQ(recorder.wait().code, 0);
+  auto recorded = mcap::Reader::open(file);
+  ASSERT_TRUE(recorded.ok());
+  EXPECT_TRUE((*recorded)->schemas().empty());
+  EXPECT_EQ((*recorded)->channels().at(0).metadata.at("type"), "other_msgs/msg/Thing");
+  EXPECT_EQ(contents_of(**recorded).at("/other/thing:o").back().data, std::string(message.bytes()));
 }
 
 const char* const kApp = R"(name: small

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <csignal>
@@ -10,6 +11,7 @@
 #include "nido/launcher/suggest.h"
 #include "nido/launcher/terminal.h"
 #include "nido/middleware/port_name.h"
+#include "nido/recorder/raw_message.h"
 
 namespace nido::cli {
 namespace {
@@ -27,6 +29,29 @@ std::string fingerprint(const Directory& directory) {
     text += node.name + node.state + std::to_string(node.ports.size()) + ";";
   }
   return text + std::to_string(directory.topics().size());
+}
+
+// A type that was not there when this was built: messages are shown as they travelled, in hexadecimal digits.
+std::shared_ptr<const AnyType> type_of_bytes(const std::string& name) {
+  auto any = std::make_shared<AnyType>();
+  any->name = name;
+  any->type = raw_message_type(name);
+  any->to_json = [name](const void* message, std::size_t longest) {
+    const auto bytes = static_cast<const RawMessage*>(message)->bytes();
+    // a line of a terminal, or all
+    const std::size_t shown = longest > 0 ? std::min<std::size_t>(bytes.size(), 32) : bytes.size();
+    std::string digits;
+    for (std::size_t i = 0; i < shown; ++i)
+      digits += fmt::format("{:02x}", static_cast<unsigned char>(bytes[i]));
+    return Json{
+        {"type", name}, {"length", bytes.size()}, {"cdr", digits + (shown < bytes.size() ? "..." : "")}};
+  };
+  any->from_json = [name](const Json&, void*) -> Status {
+    return Error{ErrorCode::kUnsupported,
+                 name + " is a type that this nido does not know: it can only be read"};
+  };
+  any->wire_size = [](void* message) { return static_cast<const RawMessage*>(message)->bytes().size(); };
+  return any;
 }
 
 }  // namespace
@@ -129,11 +154,10 @@ Result<Source> find_source(const Session& session, const Common& common, const s
   } else {
     return find_port(session, {common.domain, common.json, 0.0}, port).error();
   }
-  source.type = find_any_type(type_name);
-  if (source.type == nullptr) {
-    return Error{ErrorCode::kUnsupported,
-                 fmt::format("{} carries {}, a type that this nido does not know", port, type_name)};
-  }
+  const AnyType* known = find_any_type(type_name);
+  source.type = known == nullptr ? type_of_bytes(type_name)
+                                 // never deleted: it belongs to the table of all types
+                                 : std::shared_ptr<const AnyType>(std::shared_ptr<void>(), known);
   return source;
 }
 

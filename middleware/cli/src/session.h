@@ -37,7 +37,7 @@ int fail(const Error& error);
 Result<Directory::Owner> find_port(const Session& session, const Common& common, const std::string& port);
 // Type and profile of an output port, of a nido process or of any DDS program.
 struct Source {
-  const AnyType* type = nullptr;
+  std::shared_ptr<const AnyType> type;  // of a type that is not known here: its bytes
   Profile profile = Profile::kSensor;
 };
 Result<Source> find_source(const Session& session, const Common& common, const std::string& port);

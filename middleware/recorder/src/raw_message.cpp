@@ -1,4 +1,4 @@
-#include "raw_message.h"
+#include "nido/recorder/raw_message.h"
 
 #include <chrono>
 #include <cstring>

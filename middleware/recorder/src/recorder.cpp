@@ -15,7 +15,7 @@
 
 #include "nido/middleware/port_name.h"
 #include "nido/recorder/idl_text.h"
-#include "raw_message.h"
+#include "nido/recorder/raw_message.h"
 
 namespace nido {
 namespace {

@@ -9,8 +9,8 @@
 
 #include "nido/middleware/port_name.h"
 #include "nido/recorder/idl_text.h"
+#include "nido/recorder/raw_message.h"
 #include "nido/recorder/recorder.h"
-#include "raw_message.h"
 
 namespace nido {
 namespace {
