@@ -1,6 +1,8 @@
 // How often the shipped network holds a thing and drops it into the basket, all over the table, with errors
-// as eyes have them:  grasp_map KIND N [SEED [WEIGHTS]] KIND: cube, ball, bear, cylinder; box, round, tin: of
-// drawn sizes, 2.5 to 6 cm
+// as eyes have them:
+//   grasp_map KIND N [SEED [WEIGHTS]]
+// KIND: cube, ball, bear, cylinder; box, round, tin: of drawn sizes, 2.5 to 6 cm.
+// NO_DROP=1 in the environment: only held.
 #include <fmt/format.h>
 
 #include <cstdlib>
