@@ -203,6 +203,31 @@ TEST_F(SpeechCoreTest, TakesStereo) {
   EXPECT_EQ((*heard)[0].text, "reach teddy bear");
 }
 
+TEST_F(SpeechCoreTest, NewPhrasesAreHeardAtOnce) {
+  PhraseBook book = book_;
+  const auto sounds = sut_->pronunciations({"yellow"});
+  ASSERT_TRUE(sounds.ok()) << sounds.error().message;
+  book.pronunciations.insert(sounds->begin(), sounds->end());
+  ASSERT_TRUE(book.add("grasp yellow cube", Verb::kGrasp, {"yellow cube", "yellow", "cube"}).ok());
+  ASSERT_TRUE(sut_->set_book(book).ok());
+  auto heard = say("grasp yellow cube");
+  ASSERT_EQ(heard.size(), 1U);
+  EXPECT_EQ(heard[0].text, "grasp yellow cube") << heard[0].reason;
+  heard = say("drop blue cube into basket");
+  ASSERT_EQ(heard.size(), 1U);
+  EXPECT_EQ(heard[0].text, "drop blue cube into basket") << heard[0].reason;
+  heard = say("stop");
+  ASSERT_EQ(heard.size(), 1U);
+  EXPECT_EQ(heard[0].text, "stop") << heard[0].reason;
+}
+
+TEST_F(SpeechCoreTest, UnknownWordsAreNamed) {
+  const auto sounds = sut_->pronunciations({"yellow", "qwrtz"});
+  ASSERT_FALSE(sounds.ok());
+  EXPECT_EQ(sounds.error().code, ErrorCode::kNotFound);
+  EXPECT_NE(sounds.error().message.find("qwrtz"), std::string::npos);
+}
+
 TEST_F(SpeechCoreTest, MissingModelIsASentence) {
   SpeechSettings settings;
   settings.acoustic_model = "/nowhere/model";
@@ -210,6 +235,10 @@ TEST_F(SpeechCoreTest, MissingModelIsASentence) {
   ASSERT_FALSE(core.ok());
   EXPECT_EQ(core.error().code, ErrorCode::kNotFound);
   EXPECT_NE(core.error().message.find("/nowhere/model"), std::string::npos);
+  settings = {};
+  settings.dictionary = "/nowhere/words.dict";
+  EXPECT_NE(SpeechCore::create(book_, settings).error().message.find("/nowhere/words.dict"),
+            std::string::npos);
   settings = {};
   settings.end_silence_s = -1.0;
   EXPECT_EQ(SpeechCore::create(book_, settings).error().code, ErrorCode::kInvalidArgument);
