@@ -22,7 +22,8 @@ nido launch speech_and_action --for 0.5 --out run --record run.mcap > run.log 2>
 [ $code -eq 1 ] && grep -q "no outcome within 0.5 s" run.log || { cat run.log; fail "the app did not run"; }
 if grep -rq "$source_dir/config" run; then fail "the run used files of the source tree"; fi
 grep -rq "$prefix/share/nido/config" run || fail "the run did not use the installed config"
-nido replay run.mcap --info | grep -q "/icubSim/head/state:o" || fail "the run was not recorded"
+nido replay run.mcap --info > info.txt
+grep -q "/icubSim/head/state:o" info.txt || fail "the run was not recorded"
 
 mkdir doubler
 cat > doubler/CMakeLists.txt <<'LISTS'
@@ -40,5 +41,6 @@ cmake -S doubler -B doubler/build -DCMAKE_PREFIX_PATH="$prefix" > doubler.log 2>
 env ROS_DOMAIN_ID=27 doubler/build/doubler > doubler.out 2>&1 &
 doubler=$!
 trap 'kill $doubler 2> /dev/null || true; rm -rf "$work"' EXIT
-nido port info /doubler/twice:o --wait 20 | grep -q "sensor_msgs/msg/JointState" || { cat doubler.out; fail "the node's port is not there"; }
+nido port info /doubler/twice:o --wait 20 > port.txt 2>&1 || true
+grep -q "sensor_msgs/msg/JointState" port.txt || { cat doubler.out port.txt; fail "the node's port is not there"; }
 echo "installed, launched, recorded, built against"
