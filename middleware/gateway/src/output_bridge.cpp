@@ -14,9 +14,10 @@ namespace {
 constexpr double kService_s = 1.0;
 // how old the modes in stateExt:o may be
 constexpr auto kModesPeriod = std::chrono::milliseconds(20);
-// messages that the loop has not sent yet; more of them are not made
+// pictures that the loop has not sent yet; more of them are not made
 constexpr int kMostUnsent = 4;
-constexpr std::size_t kEventsKept = 64;
+// messages of other kinds that wait here, and for each connection
+constexpr std::size_t kMessagesKept = 64;
 
 // Asks a control board for its modes, again and again, while somebody wants to know.
 class ModePoller {
@@ -84,7 +85,7 @@ class OutputBridge final : public Bridge {
       spec.name = view.name;
       spec.gives = true;
       spec.about = view.about;
-      spec.queue = profile_ == Profile::kEvent || profile_ == Profile::kCommand ? kEventsKept : 1;
+      spec.queue = profile_ == Profile::kSensor ? 1 : kMessagesKept;
       const std::size_t index = views_.size();
       spec.on_readers = [this, index](std::size_t readers) { on_readers(index, readers); };
       spec.connect_natively = [this](const std::string& target, bool connect, yarp::PortSpec::Done done) {
@@ -119,7 +120,7 @@ class OutputBridge final : public Bridge {
   void take() {
     if (thread_.joinable()) return;
     auto input = context_.node.open_raw_input(own_name(context_.node, name_, ":i"), type_.type, profile_,
-                                              profile_ == Profile::kEvent ? kEventsKept : 4);
+                                              profile_ == Profile::kSensor ? 4 : kMessagesKept);
     if (!input) {
       context_.node.log_warning(fmt::format("{}: {}", name_, input.error().message));
       return;
@@ -140,7 +141,7 @@ class OutputBridge final : public Bridge {
   }
 
   void forward() {
-    const bool newest_only = profile_ == Profile::kSensor || profile_ == Profile::kState;
+    const bool newest_only = profile_ == Profile::kSensor;
     while (!stops_) {
       if (!input_->wait_for_message(0.05)) continue;
       while (std::optional<RawReceived> received = newest_only ? input_->take_latest() : input_->take()) {
