@@ -63,8 +63,7 @@ int main(int argc, char** argv) {
     if (only.empty() || (*made)->name() == only) all.push_back({std::move(*made), {}, {}, 0});
     return {};
   };
-  if (Status ok = add(make_nido(*scene, 1)); !ok) return fail(ok.error());
-  if (Status ok = add(make_nido(*scene, 2)); !ok) return fail(ok.error());
+  if (Status ok = add(make_nido(*scene)); !ok) return fail(ok.error());
   if (Status ok = add(make_bare_ode(*scene)); !ok) return fail(ok.error());
 #ifdef NIDO_WITH_MUJOCO
   if (Status ok = add(make_mujoco(*scene)); !ok) return fail(ok.error());

@@ -5,12 +5,10 @@ namespace {
 
 class NidoContender : public Contender {
  public:
-  NidoContender(const PhysicsScene& scene, std::unique_ptr<sim::Simulation> simulation, int threads)
-      : scene_(scene), simulation_(std::move(simulation)), threads_(threads) {}
+  NidoContender(const PhysicsScene& scene, std::unique_ptr<sim::Simulation> simulation)
+      : scene_(scene), simulation_(std::move(simulation)) {}
 
-  [[nodiscard]] std::string name() const override {
-    return threads_ == 1 ? "nido" : "nido, " + std::to_string(threads_) + " threads";
-  }
+  [[nodiscard]] std::string name() const override { return "nido"; }
 
   Status advance(const Eigen::VectorXd& axes_rad) override {
     for (const Part& part : scene_.model().parts()) {
@@ -26,12 +24,11 @@ class NidoContender : public Contender {
  private:
   const PhysicsScene& scene_;
   std::unique_ptr<sim::Simulation> simulation_;
-  int threads_;
 };
 
 }  // namespace
 
-Result<std::unique_ptr<Contender>> make_nido(const PhysicsScene& scene, int threads) {
+Result<std::unique_ptr<Contender>> make_nido(const PhysicsScene& scene) {
   sim::SimulationOptions options;
   options.urdf_path = scene.urdf_path();
   options.world_yaml = scene.world_yaml();
@@ -54,7 +51,7 @@ Result<std::unique_ptr<Contender>> make_nido(const PhysicsScene& scene, int thre
                        std::to_string(thing.mass_kg));
     if (mass != "[ok]") return Error{ErrorCode::kFailed, mass};
   }
-  return std::unique_ptr<Contender>(std::make_unique<NidoContender>(scene, std::move(*made), threads));
+  return std::unique_ptr<Contender>(std::make_unique<NidoContender>(scene, std::move(*made)));
 }
 
 }  // namespace nido::bench

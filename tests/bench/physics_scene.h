@@ -60,7 +60,7 @@ class Contender {
   [[nodiscard]] virtual int contacts() const = 0;
 };
 
-Result<std::unique_ptr<Contender>> make_nido(const PhysicsScene& scene, int threads);
+Result<std::unique_ptr<Contender>> make_nido(const PhysicsScene& scene);
 // The same bodies and hinges straight on ODE: QuickStep, 20 iterations, a hash space.
 Result<std::unique_ptr<Contender>> make_bare_ode(const PhysicsScene& scene);
 #ifdef NIDO_WITH_MUJOCO
