@@ -376,5 +376,75 @@ TEST(Recorder, InLockstepEveryMessageIsRecorded) {
   EXPECT_EQ(contents["/worker/text:o"].size(), static_cast<std::size_t>(kTicks));
 }
 
+// A port of profile sensor at full speed, which alone would drop most of it.
+TEST(Recorder, ReplayInLockstepLosesNothingAtFullSpeed) {
+  const TempFolder folder;
+  const std::string first = (folder.path() / "first.mcap").string();
+  const std::string second = (folder.path() / "second.mcap").string();
+  constexpr std::uint32_t kTicks = 200;
+  constexpr std::uint32_t kEach = 5;
+  {
+    auto writer = mcap::Writer::create(first);
+    ASSERT_TRUE(writer.ok());
+    const auto channel = (*writer)->add_channel(
+        {0, 0, "/eye:o", "cdr", {{"type", "other_msgs/msg/Thing"}, {"profile", "sensor"}}});
+    for (std::uint32_t i = 0; i < kTicks * kEach; ++i) {
+      const std::string data =
+          std::string("\0\1\0\0", 4) + std::string(1 + i % 9, static_cast<char>(i % 251));
+      const std::uint64_t time_ns = 10'000'000U * (1 + i / kEach);
+      ASSERT_TRUE((*writer)->write(mcap::Message{*channel, i + 1, time_ns, time_ns, data}).ok());
+    }
+  }
+  auto member_options = options_of("recorder");
+  member_options.clock = ClockMode::kLockstep;
+  member_options.period_s = 0.0001;
+  auto member = make_node(member_options);
+  member->set_ready();
+  auto looker = hidden_node("looker");
+  auto directory = Directory::open(*looker);
+  ASSERT_TRUE(directory.ok());
+  auto options = into(second, {});
+  options.clock = RecorderOptions::Clock::kSimulated;
+  auto recorder = Recorder::open(*looker, **directory, options, member.get());
+  ASSERT_TRUE(recorder.ok()) << recorder.error().message;
+
+  auto player_options = options_of("replay");
+  player_options.clock = ClockMode::kLockstep;
+  player_options.parameters["lockstep"]["nodes"].push_back("recorder");
+  auto player = make_node(player_options);
+  auto side = hidden_node("side");
+  auto reader = mcap::Reader::open(first);
+  ASSERT_TRUE(reader.ok());
+  ReplayOptions replay;
+  replay.rate.reset();
+  auto replayer = Replayer::open(*player, *side, std::move(*reader), replay);
+  ASSERT_TRUE(replayer.ok()) << replayer.error().message;
+  player->set_ready();
+  Status played;
+  std::thread plays([&] { played = (*replayer)->run([](const auto&) { return false; }); });
+  const auto deadline = std::chrono::steady_clock::now() + std::chrono::duration<double>(kPatience_s);
+  while (!(*recorder)->follows({"replay"}) && std::chrono::steady_clock::now() < deadline) {
+    ASSERT_TRUE((*recorder)->poll().ok());
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  std::thread records([&] { (void)member->run([&](Time now) { return (*recorder)->take_tick(now); }); });
+  plays.join();
+  EXPECT_TRUE(played.ok()) << played.error().message;
+  member->stop();
+  records.join();
+  ASSERT_TRUE((*recorder)->close().ok());
+  auto before = contents_of(first)["/eye:o"];
+  const auto after = contents_of(second)["/eye:o"];
+  // what comes before the first tick is not handed out
+  before.erase(before.begin(), before.begin() + kEach);
+  ASSERT_EQ(after.size(), before.size());
+  for (std::size_t i = 0; i < after.size(); ++i) {
+    // on the way messages are filled up to a multiple of four bytes
+    EXPECT_EQ(after[i].data.substr(0, before[i].data.size()), before[i].data) << i;
+    EXPECT_LT(after[i].data.size(), before[i].data.size() + 4) << i;
+    EXPECT_EQ(after[i].log_time_ns, before[i].log_time_ns) << i;
+  }
+}
+
 }  // namespace
 }  // namespace nido
