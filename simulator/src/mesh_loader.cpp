@@ -45,6 +45,12 @@ Result<std::shared_ptr<const TriangleMesh>> load_mesh(const std::string& path, c
   }
   if (mesh->triangles.empty())
     return Error{ErrorCode::kInvalidArgument, "the mesh " + path + " has no triangles"};
+  // ODE keeps no tree for a single triangle and then follows a null pointer when two meshes meet: give it its
+  // back side
+  if (mesh->triangles.size() == 1) {
+    const std::array<int, 3> front = mesh->triangles.front();
+    mesh->triangles.push_back({front[0], front[2], front[1]});
+  }
   return std::shared_ptr<const TriangleMesh>(mesh);
 }
 

@@ -1,5 +1,6 @@
 #include "shapes.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -30,21 +31,24 @@ MassProperties mesh_mass(const TriangleMesh& mesh, double mass_kg) {
   }
   MassProperties result;
   result.mass_kg = mass_kg;
-  if (volume < 1e-9) {
-    // open or inside-out mesh: its box stands for it
-    Eigen::AlignedBox3d box;
-    for (const auto& v : mesh.vertices_m) box.extend(v);
-    const Eigen::Vector3d e = box.sizes().cwiseMax(1e-3);
-    result.center_m = box.center();
-    result.inertia_kgm2 =
-        mass_kg / 12.0 *
-        diagonal(e.y() * e.y() + e.z() * e.z(), e.x() * e.x() + e.z() * e.z(), e.x() * e.x() + e.y() * e.y());
-    return result;
+  Eigen::AlignedBox3d box;
+  for (const auto& v : mesh.vertices_m) box.extend(v);
+  if (volume > 1e-9) {
+    result.center_m = moment / volume;
+    const Eigen::Matrix3d central =
+        (covariance / volume - result.center_m * result.center_m.transpose()) * mass_kg;
+    result.inertia_kgm2 = central.trace() * Eigen::Matrix3d::Identity() - central;
+    // a mesh with holes or of mixed sense gives numbers that no body can have
+    const Eigen::Vector3d I =
+        Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(result.inertia_kgm2).eigenvalues();
+    if (box.contains(result.center_m) && I[0] > 0 && I[0] + I[1] > I[2] * (1 - 1e-6)) return result;
   }
-  result.center_m = moment / volume;
-  const Eigen::Matrix3d central =
-      (covariance / volume - result.center_m * result.center_m.transpose()) * mass_kg;
-  result.inertia_kgm2 = central.trace() * Eigen::Matrix3d::Identity() - central;
+  // flat, open or inside-out: its box stands for it
+  const Eigen::Vector3d e = box.sizes().cwiseMax(1e-3);
+  result.center_m = box.center();
+  result.inertia_kgm2 =
+      mass_kg / 12.0 *
+      diagonal(e.y() * e.y() + e.z() * e.z(), e.x() * e.x() + e.z() * e.z(), e.x() * e.x() + e.y() * e.y());
   return result;
 }
 

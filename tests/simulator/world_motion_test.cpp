@@ -87,6 +87,56 @@ TEST(WorldMotion, link_gives_the_pose_of_any_link) {
   EXPECT_NE(sim->world("world link").find("l_foot"), std::string::npos);
 }
 
+// meshes as people export them: flat, with holes, inside out, without end
+TEST(WorldMotion, rough_meshes_are_things_or_refused) {
+  const std::string folder = ::testing::TempDir();
+  const auto write = [&folder](const std::string& name, const std::string& text) {
+    std::ofstream(folder + "/" + name) << text;
+  };
+  const std::string corners = "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\n";
+  write("rough_flat.obj", "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nf 1 2 3\n");
+  write("rough_mixed.obj", corners + "f 1 2 3\nf 1 4 2\nf 1 3 4\nf 2 4 3\n");
+  write("rough_open.obj", corners + "f 2 3 4\n");
+  write("rough_line.obj", "v 0 0 0\nv 0.1 0 0\nv 0.2 0 0\nf 1 2 3\n");
+  write("rough_empty.obj", "# nothing\n");
+  write("rough_nan.obj", "v nan 0 0\nv 0.1 0 0\nv 0 0.1 0\nf 1 2 3\n");
+  write("rough_huge.obj", "v 0 0 0\nv 1e30 0 0\nv 0 0.1 0\nf 1 2 3\n");
+  auto sim = make(with_world("table"));
+  ASSERT_EQ(sim->world("world set mdir " + folder), "[ok]");
+  for (const char* name : {"flat", "mixed", "open"}) {
+    const std::string reply =
+        sim->world("world mk model rough_" + std::string(name) + ".obj none 0 0.8 0.35");
+    EXPECT_EQ(reply, "[ok]") << name;
+  }
+  for (const char* name : {"empty", "nan", "huge"}) {
+    const std::string reply =
+        sim->world("world mk model rough_" + std::string(name) + ".obj none 0 0.8 0.35");
+    EXPECT_TRUE(failed(reply)) << name << " -> " << reply;
+  }
+  EXPECT_FALSE(sim->world("world mk model rough_line.obj none 0 0.8 0.35").empty());
+  ASSERT_TRUE(sim->step(1).ok()) << "none of them breaks the physics";
+  EXPECT_EQ(sim->world("world del all"), "[ok]");
+}
+
+TEST(WorldMotion, a_crowd_is_bounded_and_moves) {
+  auto sim = make(robot_only());
+  int made = 0;
+  for (int i = 0; i < 300; ++i) {
+    const std::string kind = i % 3 == 0 ? "box 0.05 0.05 0.05" : i % 3 == 1 ? "sph 0.03" : "cyl 0.03 0.06";
+    const std::string place = " " + std::to_string(1 + 0.02 * (i % 10)) + " " +
+                              std::to_string(0.2 + 0.01 * i) + " " + std::to_string(0.02 * (i / 10));
+    const std::string reply = sim->world("world mk " + kind + place + " 1 0 0");
+    if (reply == "[ok]") {
+      ++made;
+    } else {
+      EXPECT_TRUE(reply.starts_with("[fail] \"too many objects\"")) << reply;
+    }
+  }
+  EXPECT_EQ(made, 297) << "99 of a kind";
+  const Status done = sim->step(0.1);
+  EXPECT_TRUE(done.ok()) << done.error().message;
+}
+
 // every verb has its help with an example, and its line on the page
 TEST(WorldMotion, help_and_the_page_know_every_verb) {
   auto sim = make(robot_only());
