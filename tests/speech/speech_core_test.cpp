@@ -6,6 +6,9 @@
 #include <limits>
 #include <random>
 
+#include "audio/clip.h"
+#include "audio/clip_audio.h"
+#include "nido/interfaces/clock.h"
 #include "nido/speech/voice.h"
 
 namespace nido {
@@ -64,6 +67,34 @@ TEST_F(SpeechCoreTest, HearsEveryPhraseOfTheDefaultVoice) {
     EXPECT_GT(heard[0].confidence, 0.0);
     EXPECT_LE(heard[0].confidence, 1.0);
     EXPECT_TRUE(heard[0].reason.empty());
+  }
+}
+
+// As in the app: the robot's ears, with a room's noise of another seed each time, in blocks of 10 ms.
+TEST_F(SpeechCoreTest, HearsEveryPhraseThatTheRobotsEarsHear) {
+  constexpr std::int64_t kTick_ns = 10'000'000;
+  std::uint64_t seed = 0;
+  for (const auto& phrase : book_.phrases) {
+    const auto clip = synthesise_speech(phrase.text, "en-us");
+    ASSERT_TRUE(clip.ok()) << clip.error().message;
+    sut_ = make();
+    ManualClock clock;
+    ClipAudio ears(*clip, {.start_s = 1.0, .seed = ++seed}, clock);
+    ASSERT_TRUE(ears.start().ok());
+    std::vector<HeardPhrase> all;
+    for (int tick = 0; tick < 500; ++tick) {
+      clock.advance_ns(kTick_ns);
+      const auto sound = ears.get_sound(16000);
+      ASSERT_TRUE(sound.ok());
+      AudioBlock block;
+      block.start_s = 1e-9 * static_cast<double>(sound->stamp_ns);
+      block.samples = sound->samples;
+      const auto heard = sut_->feed(block);
+      ASSERT_TRUE(heard.ok()) << heard.error().message;
+      all.insert(all.end(), heard->begin(), heard->end());
+    }
+    ASSERT_EQ(all.size(), 1U) << phrase.text;
+    EXPECT_EQ(all[0].text, phrase.text) << all[0].reason;
   }
 }
 

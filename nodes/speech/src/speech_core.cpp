@@ -221,8 +221,10 @@ struct SpeechCore::Impl {
               ? "no such phrase: I heard something, but no words"
               : fmt::format("no such phrase: what was said sounds more like \"{}\" than like \"{}\"",
                             by_open.text, by_grammar.text);
-    } else if (by_trigram.share[by_grammar.text] <
-               (knows(by_trigram.text) ? settings.lowest_confidence : kSureAlone)) {
+    } else if (by_open.text != by_grammar.text &&
+               by_trigram.share[by_grammar.text] <
+                   (knows(by_trigram.text) ? settings.lowest_confidence : kSureAlone)) {
+      // (that the language model's short list lacks a phrase on which both grammars agree means nothing)
       heard.reason = fmt::format("no such phrase: the nearest that I know is \"{}\", but it does not fit",
                                  by_grammar.text);
     } else {
