@@ -15,6 +15,7 @@
 #include "nido/yarp/devices.h"
 #include "nido/yarp/names.h"
 #include "nido/yarp/port_host.h"
+#include "remote_stamps.h"
 #include "sockets.h"
 
 namespace nido::yarp {
@@ -207,6 +208,11 @@ class NetworkImpl final : public Network, public std::enable_shared_from_this<Ne
     return keep<Stream>(std::move(spec), remote, local, false);
   }
 
+  std::int64_t to_own_clock(std::int64_t remote_ns, std::int64_t now_ns) override {
+    const std::lock_guard lock(clock_mutex_);
+    return clock_offset_.to_own(remote_ns, now_ns);
+  }
+
   Result<Bottle> ask(const std::string& remote, const Bottle& request) override {
     std::shared_ptr<Line> line;
     {
@@ -387,6 +393,8 @@ class NetworkImpl final : public Network, public std::enable_shared_from_this<Ne
   std::unique_ptr<PortHost> host_;
   std::thread sockets_;
   std::thread keeper_;
+  std::mutex clock_mutex_;
+  ClockOffset clock_offset_;
   std::mutex lines_mutex_;
   std::map<std::string, std::shared_ptr<Line>> lines_;
   std::mutex mutex_;

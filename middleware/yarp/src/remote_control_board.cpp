@@ -31,7 +31,10 @@ Value whole(std::size_t number) { return Value::of(static_cast<std::int64_t>(num
 class RemoteControlBoard final : public IControlBoard {
  public:
   RemoteControlBoard(std::shared_ptr<Network> network, const RemoteDevice& device, double max_torque_Nm)
-      : network_(std::move(network)), device_(device), max_torque_Nm_(max_torque_Nm), stamps_(device) {}
+      : network_(std::move(network)),
+        device_(device),
+        max_torque_Nm_(max_torque_Nm),
+        stamps_(device, *network_) {}
 
   Status open() {
     const Result<Bottle> version = ask({Value::word("get"), Value::word("prot")});

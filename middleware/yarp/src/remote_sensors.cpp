@@ -30,11 +30,11 @@ constexpr std::array<std::pair<std::size_t, std::size_t>, kPads> kPadTaxels = {
 // What a port of numbers gave last.
 class NumbersPort {
  public:
-  NumbersPort(const RemoteDevice& device, std::size_t count)
-      : device_(device), count_(count), stamps_(device) {}
+  NumbersPort(std::shared_ptr<Network> network, const RemoteDevice& device, std::size_t count)
+      : network_(std::move(network)), device_(device), count_(count), stamps_(device, *network_) {}
 
-  Status open(Network& network) {
-    auto subscription = network.subscribe(
+  Status open() {
+    auto subscription = network_->subscribe(
         device_.remote, device_.local + ":i", kLongestVector,
         [this](const std::string& bytes, const std::string& envelope) { take(bytes, envelope); });
     if (!subscription) return subscription.error();
@@ -66,6 +66,7 @@ class NumbersPort {
     newest_ = std::move(reading);
   }
 
+  const std::shared_ptr<Network> network_;
   const RemoteDevice device_;
   const std::size_t count_;
   mutable std::mutex mutex_;
@@ -78,11 +79,8 @@ class RemoteTouch final : public ITouch {
  public:
   RemoteTouch(std::shared_ptr<Network> network, const RemoteDevice& device, double threshold,
               double full_scale_N)
-      : network_(std::move(network)),
-        port_(device, kHandTaxels),
-        threshold_(threshold),
-        full_scale_N_(full_scale_N) {}
-  Status open() { return port_.open(*network_); }
+      : port_(std::move(network), device, kHandTaxels), threshold_(threshold), full_scale_N_(full_scale_N) {}
+  Status open() { return port_.open(); }
   int pads() const override { return kPads; }
   Result<TouchReading> read_touch() const override {
     const auto reading = port_.read();
@@ -100,7 +98,6 @@ class RemoteTouch final : public ITouch {
   }
 
  private:
-  const std::shared_ptr<Network> network_;
   NumbersPort port_;
   const double threshold_;
   const double full_scale_N_;
@@ -109,8 +106,8 @@ class RemoteTouch final : public ITouch {
 class RemoteForceTorque final : public IForceTorque {
  public:
   RemoteForceTorque(std::shared_ptr<Network> network, const RemoteDevice& device)
-      : network_(std::move(network)), port_(device, 6) {}
-  Status open() { return port_.open(*network_); }
+      : port_(std::move(network), device, 6) {}
+  Status open() { return port_.open(); }
   Result<WrenchReading> read_wrench() const override {
     const auto reading = port_.read();
     if (!reading) return reading.error();
@@ -119,15 +116,14 @@ class RemoteForceTorque final : public IForceTorque {
   }
 
  private:
-  const std::shared_ptr<Network> network_;
   NumbersPort port_;
 };
 
 class RemoteInertial final : public IInertial {
  public:
   RemoteInertial(std::shared_ptr<Network> network, const RemoteDevice& device)
-      : network_(std::move(network)), port_(device, 9) {}
-  Status open() { return port_.open(*network_); }
+      : port_(std::move(network), device, 9) {}
+  Status open() { return port_.open(); }
   Result<InertialReading> read_inertial() const override {
     const auto reading = port_.read();
     if (!reading) return reading.error();
@@ -143,14 +139,13 @@ class RemoteInertial final : public IInertial {
   }
 
  private:
-  const std::shared_ptr<Network> network_;
   NumbersPort port_;
 };
 
 class RemoteCamera final : public ICamera {
  public:
   RemoteCamera(std::shared_ptr<Network> network, const RemoteDevice& device, CameraInfo info)
-      : network_(std::move(network)), device_(device), info_(std::move(info)), stamps_(device) {}
+      : network_(std::move(network)), device_(device), info_(std::move(info)), stamps_(device, *network_) {}
 
   Status open() {
     auto subscription = network_->subscribe(
@@ -244,7 +239,7 @@ class RemoteAudio final : public IAudioGrabberSound {
         device_(device),
         sample_rate_hz_(sample_rate_hz),
         channels_(channels),
-        stamps_(device) {}
+        stamps_(device, *network_) {}
 
   Status open() {
     auto subscription = network_->subscribe(

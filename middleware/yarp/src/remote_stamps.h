@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <cstdint>
@@ -8,42 +9,60 @@
 #include <limits>
 #include <string>
 #include <thread>
+#include <utility>
 
 #include "nido/yarp/bottle.h"
 #include "nido/yarp/devices.h"
 
 namespace nido::yarp {
 
-// Turns the stamps of the far side into those of this one. The offset between the two clocks is taken from
-// the message that was fastest in the last seconds. Not thread-safe.
-class RemoteStamps {
+// The offset between two clocks, from what is seen of messages. Not thread-safe.
+class ClockOffset {
  public:
-  explicit RemoteStamps(const RemoteDevice& device) : mode_(device.stamps), now_ns_(device.now_ns) {}
-
-  std::int64_t of(const std::string& envelope) {
-    const std::int64_t now_ns = now_ns_();
-    const Result<Stamp> stamp = parse_stamp(envelope);
-    if (!stamp || !std::isfinite(stamp->time_s) || std::abs(stamp->time_s) > 1e10) return now_ns;
-    const std::int64_t remote_ns = std::llround(stamp->time_s * 1e9);
-    if (mode_ == StampMode::kRemote) return remote_ns;
-    const std::int64_t offset_ns = now_ns - remote_ns;
+  std::int64_t to_own(std::int64_t remote_ns, std::int64_t now_ns) {
+    for (const auto& [remote, own] : known_) {
+      if (remote == remote_ns) return own;
+    }
     // two windows, so that the old one is forgotten without a jump to nothing
     constexpr std::int64_t kWindow_ns = 5'000'000'000;
     if (now_ns - window_start_ns_ > kWindow_ns || now_ns < window_start_ns_) {
       former_ns_ = newest_ns_;
-      newest_ns_ = std::numeric_limits<std::int64_t>::max();
+      newest_ns_ = kNothing;
       window_start_ns_ = now_ns;
     }
-    newest_ns_ = std::min(newest_ns_, offset_ns);
-    return remote_ns + std::min(newest_ns_, former_ns_);
+    newest_ns_ = std::min(newest_ns_, now_ns - remote_ns);
+    const std::int64_t own_ns = remote_ns + std::min(newest_ns_, former_ns_);
+    known_[next_++ % known_.size()] = {remote_ns, own_ns};
+    return own_ns;
+  }
+
+ private:
+  static constexpr std::int64_t kNothing = std::numeric_limits<std::int64_t>::max();
+  std::int64_t window_start_ns_ = std::numeric_limits<std::int64_t>::min() / 2;
+  std::int64_t newest_ns_ = kNothing;
+  std::int64_t former_ns_ = kNothing;
+  std::array<std::pair<std::int64_t, std::int64_t>, 128> known_{};
+  std::size_t next_ = 0;
+};
+
+// The stamps of one device's messages.
+class RemoteStamps {
+ public:
+  RemoteStamps(const RemoteDevice& device, Network& network)
+      : mode_(device.stamps), now_ns_(device.now_ns), network_(network) {}
+
+  std::int64_t of(const std::string& envelope) const {
+    const std::int64_t now_ns = now_ns_();
+    const Result<Stamp> stamp = parse_stamp(envelope);
+    if (!stamp || !std::isfinite(stamp->time_s) || std::abs(stamp->time_s) > 4e9) return now_ns;
+    const std::int64_t remote_ns = std::llround(stamp->time_s * 1e9);
+    return mode_ == StampMode::kRemote ? remote_ns : network_.to_own_clock(remote_ns, now_ns);
   }
 
  private:
   StampMode mode_;
   std::function<std::int64_t()> now_ns_;
-  std::int64_t window_start_ns_ = std::numeric_limits<std::int64_t>::min() / 2;
-  std::int64_t newest_ns_ = std::numeric_limits<std::int64_t>::max();
-  std::int64_t former_ns_ = std::numeric_limits<std::int64_t>::max();
+  Network& network_;
 };
 
 // Waits for the first reading of a device that was connected just now; what read() said last otherwise.

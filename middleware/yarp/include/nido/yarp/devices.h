@@ -56,6 +56,11 @@ class Network {
   };
   virtual Result<std::unique_ptr<Stream>> stream_to(const std::string& remote, const std::string& local) = 0;
 
+  // A time of the network's clock as one of this side's, whose clock says now_ns. What is one moment there is
+  // one here, whichever device tells it. The offset is that of the message that came fastest in the last
+  // seconds.
+  virtual std::int64_t to_own_clock(std::int64_t remote_ns, std::int64_t now_ns) = 0;
+
   // Asks a port and waits for its answer. kNotFound: nobody has this name; kTimeout: no answer in time.
   virtual Result<Bottle> ask(const std::string& remote, const Bottle& request) = 0;
 };
