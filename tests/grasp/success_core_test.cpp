@@ -108,11 +108,11 @@ TEST(SuccessCore, ASecondTryCountsFromItsOwnLift) {
 
 TEST(SuccessCore, ATinIsNamedAnotherWayWhenTheRobotDoesNotFindIt) {
   Bench bench(3);
-  ASSERT_EQ(bench.said_, std::vector<std::string>{"grasp blue cube"});
+  ASSERT_EQ(bench.said_, std::vector<std::string>{"grasp blue ball"});
   bench.step({{"seen", "failed", ""}, {"idle", "failed", ""}});
   EXPECT_FALSE(bench.result_);
   ASSERT_EQ(bench.said_.size(), 2U);
-  EXPECT_EQ(bench.said_[1], "grasp blue ball");
+  EXPECT_EQ(bench.said_[1], "grasp blue cube");
   bench.step({{"seen", "failed", ""}, {"idle", "failed", "I do not find it."}});
   ASSERT_TRUE(bench.result_);
   EXPECT_FALSE(bench.result_->success);
