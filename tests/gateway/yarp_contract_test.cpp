@@ -59,6 +59,7 @@ class YarpBoardRig final : public ControlBoardRig {
   }
   int free_joint() override { return local_.free_joint(); }
   double tolerance_rad() override { return local_.tolerance_rad(); }
+  bool keeps_order() override { return false; }
 
  private:
   void step() {

@@ -290,6 +290,7 @@ TEST_P(ControlBoardContract, StopEndsAMotion) {
 }
 
 TEST_P(ControlBoardContract, StopEndsASpeed) {
+  if (!rig_->keeps_order()) GTEST_SKIP() << "streams and orders are not in order here";
   go_to(place(0.4));
   const double speed[] = {0.3};
   stream(0.3, [&] { return board().set_velocities(joint_, speed); });
@@ -300,6 +301,7 @@ TEST_P(ControlBoardContract, StopEndsASpeed) {
 
 // what was streamed before an order does not undo it, and what is streamed after it counts
 TEST_P(ControlBoardContract, AStreamedSpeedDoesNotOutliveAStop) {
+  if (!rig_->keeps_order()) GTEST_SKIP() << "streams and orders are not in order here";
   go_to(place(0.4));
   const double before_rad = position();
   const double speed[] = {0.3};

@@ -15,6 +15,9 @@ class ControlBoardRig {
   virtual int free_joint() = 0;
   // How near a position is held, in rad.
   virtual double tolerance_rad() { return 0.02; }
+  // False where streamed commands and orders travel on connections of their own, as with YARP: what was
+  // streamed just before an order may be taken after it, until the command's time limit ends it.
+  virtual bool keeps_order() { return true; }
 };
 
 }  // namespace nido::test
