@@ -68,7 +68,7 @@ TEST(Lockstep, IsRepeatableBitForBit) {
   EXPECT_NE(first.at("m0"), first.at("m1"));
 }
 
-TEST(Lockstep, SixNodesStepInWellUnderAMillisecond) {
+TEST(Lockstep, SixNodesStepTogetherInReasonableTime) {
   double us_per_tick = 1e9;
   run_lockstep(6, 2000, 0, &us_per_tick);
   RecordProperty("us_per_tick", std::to_string(us_per_tick));
