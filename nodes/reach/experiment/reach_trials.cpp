@@ -12,6 +12,7 @@
 
 #include "nido/launcher/paths.h"
 #include "nido/middleware/node.h"
+#include "nido/middleware/stamp.h"
 #include "nido/middleware/typed_port.h"
 #include "nido/msgs/types.h"
 #include "nido/reach/settings.h"
@@ -30,17 +31,6 @@ constexpr double kRootForward_m = -0.026;
 constexpr int kViewsOfBall = 5;
 constexpr double kSeeLimit_s = 8.0;
 constexpr double kActLimit_s = 30.0;
-
-msgs::Header header_at(Time now) {
-  msgs::Header header;
-  header.stamp().sec(static_cast<std::int32_t>(now.ns / 1'000'000'000));
-  header.stamp().nanosec(static_cast<std::uint32_t>(now.ns % 1'000'000'000));
-  return header;
-}
-
-double seconds_of(const msgs::Header& header) {
-  return header.stamp().sec() + 1e-9 * header.stamp().nanosec();
-}
 
 nlohmann::json json_of(const Eigen::Vector3d& p) { return {p.x(), p.y(), p.z()}; }
 
@@ -204,7 +194,7 @@ class Trials {
       if (auto sent = gaze_->write(gaze); !sent) return sent;
     }
     if (auto percepts = objects_->take_latest();
-        percepts && seconds_of(percepts->header()) > phase_begin_s_ + 1.0) {
+        percepts && time_of(percepts->header()).seconds() > phase_begin_s_ + 1.0) {
       for (const auto& object : percepts->objects()) {
         if (object.name() != kBall) continue;
         const Eigen::Vector3d p(object.position().x(), object.position().y(), object.position().z());

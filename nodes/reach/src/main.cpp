@@ -5,6 +5,7 @@
 
 #include "nido/launcher/paths.h"
 #include "nido/middleware/node.h"
+#include "nido/middleware/stamp.h"
 #include "nido/middleware/typed_port.h"
 #include "nido/msgs/types.h"
 #include "nido/reach/babbling.h"
@@ -18,17 +19,6 @@ using namespace nido::reach;  // NOLINT(google-build-using-namespace)
 constexpr double kStatusPeriod_s = 0.2;
 constexpr double kGazePeriod_s = 0.03;
 constexpr double kRadPerDeg = static_cast<double>(EIGEN_PI) / 180.0;
-
-msgs::Header header_at(Time now) {
-  msgs::Header header;
-  header.stamp().sec(static_cast<std::int32_t>(now.ns / 1'000'000'000));
-  header.stamp().nanosec(static_cast<std::uint32_t>(now.ns % 1'000'000'000));
-  return header;
-}
-
-double seconds_of(const msgs::Header& header) {
-  return header.stamp().sec() + 1e-9 * header.stamp().nanosec();
-}
 
 Eigen::Vector3d to_eigen(const msgs::Point& p) { return {p.x(), p.y(), p.z()}; }
 Eigen::Vector3d to_eigen(const msgs::Vector3& v) { return {v.x(), v.y(), v.z()}; }
@@ -137,7 +127,8 @@ class Encoders {
 std::optional<HandSighting> take_hand(Ports& ports, const std::string& side) {
   auto view = ports.hand->take_latest();
   if (!view || !view->visible() || view->side() != side) return std::nullopt;
-  return HandSighting{seconds_of(view->header()), to_eigen(view->pose().position()), view->confidence()};
+  return HandSighting{time_of(view->header()).seconds(), to_eigen(view->pose().position()),
+                      view->confidence()};
 }
 
 Status send(Ports& ports, Time now, const Joints& q) {
