@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -26,8 +27,12 @@ Result<LaunchedApp> LaunchedApp::start(const std::string& app, const std::vector
   const int output = open(log.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
   if (output < 0)
     return Error{ErrorCode::kFailed, fmt::format("{}: cannot be written: {}", log, std::strerror(errno))};
+  const pid_t self = getpid();
   const pid_t child = fork();
   if (child == 0) {
+    // an experiment that is killed takes its app with it
+    prctl(PR_SET_PDEATHSIG, SIGTERM);
+    if (getppid() != self) _exit(127);
     dup2(output, STDOUT_FILENO);
     dup2(output, STDERR_FILENO);
     execv(argv.front(), argv.data());

@@ -12,7 +12,8 @@
 namespace nido {
 
 // A running `nido launch APP ARGUMENTS...` (the program beside this one), for experiments. Ctrl-C reaches it
-// as it reaches this process. Thread-compatible; move-only.
+// as it reaches this process; when this process, or the thread that started the app, ends in any way, the app
+// is asked to end (SIGTERM). Thread-compatible; move-only.
 class LaunchedApp {
  public:
   // Its output goes to the file `log`. kFailed, or kNotFound when the programs are not there.
