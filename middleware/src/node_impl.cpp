@@ -16,6 +16,10 @@ namespace {
 
 using Steady = std::chrono::steady_clock;
 
+// how long a process may be silent before the others forget it
+constexpr int kLease_s = 3;
+constexpr int kLockstepLease_s = 20;
+
 Quality last_one() {
   Quality quality;
   quality.transient_local = true;
@@ -124,7 +128,10 @@ Status NodeImpl::open() {
     return lock.error();
   }
   lock_ = std::move(lock).value();
-  auto participant = Participant::join(options_.domain, options_.name);
+  // In lockstep nobody may be forgotten because the machine was too busy for it: messages to it would be
+  // missing. Who has died there is known by its name's socket.
+  const int lease_s = options_.clock == ClockMode::kLockstep ? kLockstepLease_s : kLease_s;
+  auto participant = Participant::join(options_.domain, options_.name, lease_s);
   if (!participant) {
     return participant.error();
   }

@@ -18,7 +18,7 @@ namespace rtps = eprosima::fastrtps::rtps;
 
 namespace {
 
-dds::DomainParticipantQos participant_qos(const std::string& node_name) {
+dds::DomainParticipantQos participant_qos(const std::string& node_name, int lease_s) {
   dds::DomainParticipantQos qos;
   qos.name("nido/" + node_name);
   qos.transport().use_builtin_transports = false;
@@ -43,7 +43,7 @@ dds::DomainParticipantQos participant_qos(const std::string& node_name) {
   builtin.metatrafficMulticastLocatorList.push_back(multicast);
   builtin.avoid_builtin_multicast = false;
 
-  builtin.discovery_config.leaseDuration = {3, 0};
+  builtin.discovery_config.leaseDuration = {lease_s, 0};
   builtin.discovery_config.leaseDuration_announcementperiod = {0, 500'000'000};
   builtin.discovery_config.initial_announcements.count = 5;
   builtin.discovery_config.initial_announcements.period = {0, 50'000'000};
@@ -117,7 +117,8 @@ class Participant::Listener final : public dds::DomainParticipantListener {
 Participant::Participant(int domain, std::string node_name)
     : domain_(domain), node_name_(std::move(node_name)), listener_(std::make_unique<Listener>(*this)) {}
 
-Result<std::shared_ptr<Participant>> Participant::join(int domain, const std::string& node_name) {
+Result<std::shared_ptr<Participant>> Participant::join(int domain, const std::string& node_name,
+                                                       int lease_s) {
   if (domain < 0 || domain > 230) {
     return Error{ErrorCode::kInvalidArgument,
                  "DDS domain " + std::to_string(domain) + " is not within 0..230"};
@@ -137,7 +138,7 @@ Result<std::shared_ptr<Participant>> Participant::join(int domain, const std::st
 
   std::shared_ptr<Participant> self(new Participant(domain, node_name));
   self->participant_ = dds::DomainParticipantFactory::get_instance()->create_participant(
-      static_cast<dds::DomainId_t>(domain), participant_qos(node_name), self->listener_.get(),
+      static_cast<dds::DomainId_t>(domain), participant_qos(node_name, lease_s), self->listener_.get(),
       dds::StatusMask::none());
   if (self->participant_ == nullptr) {
     return Error{ErrorCode::kFailed, "node " + node_name + " cannot join DDS domain " +

@@ -37,7 +37,8 @@ struct EndpointInfo {
 // restarted processes at once), user traffic over Unix sockets. Thread-safe.
 class Participant {
  public:
-  static Result<std::shared_ptr<Participant>> join(int domain, const std::string& node_name);
+  // The others forget this process when they have heard nothing of it for lease_s of wall time.
+  static Result<std::shared_ptr<Participant>> join(int domain, const std::string& node_name, int lease_s);
   ~Participant();
   Participant(const Participant&) = delete;
   Participant& operator=(const Participant&) = delete;

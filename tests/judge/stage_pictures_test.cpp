@@ -1,6 +1,7 @@
 #include "nido/judge/stage_pictures.h"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <cmath>
 #include <filesystem>
@@ -19,7 +20,9 @@ CameraFrame grey(std::int64_t stamp_ns, std::uint8_t value, int width = 320, int
 }
 
 std::string fresh_folder() {
-  const auto folder = std::filesystem::path(testing::TempDir()) / "stage_pictures_test";
+  const std::string test = testing::UnitTest::GetInstance()->current_test_info()->name();
+  const auto folder = std::filesystem::path(testing::TempDir()) /
+                      ("stage_pictures_test_" + test + "_" + std::to_string(getpid()));
   std::filesystem::remove_all(folder);
   std::filesystem::create_directories(folder);
   return folder.string();

