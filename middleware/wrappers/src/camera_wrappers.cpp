@@ -69,6 +69,9 @@ class CameraServer final : public IServer {
     const Status grabbed = camera_.grab(taken_);
     message_.data(std::move(taken_.rgb));
     if (!grabbed) return failed(grabbed);
+    // a picture is told once: both eyes' pictures of one moment then come together, in whatever order
+    if (has_delivered_ && shutter_ == nullptr && taken_.stamp_ns == delivered_ns_) return {};
+    delivered_ns_ = taken_.stamp_ns;
     has_delivered_ = true;
     message_.header(header(taken_.stamp_ns, serving_.frame_id));
     message_.width(static_cast<std::uint32_t>(taken_.width));
@@ -96,6 +99,7 @@ class CameraServer final : public IServer {
   bool is_taken_ = false;  // a picture waits for its publication
   std::int64_t taken_ns_ = 0;
   bool has_delivered_ = false;
+  std::int64_t delivered_ns_ = 0;  // stamp of the last picture
   Image taken_;
   msgs::Image message_;
   std::unique_ptr<Output<msgs::Image>> image_;

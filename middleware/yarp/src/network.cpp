@@ -210,7 +210,22 @@ class NetworkImpl final : public Network, public std::enable_shared_from_this<Ne
 
   std::int64_t to_own_clock(std::int64_t remote_ns, std::int64_t now_ns) override {
     const std::lock_guard lock(clock_mutex_);
-    return clock_offset_.to_own(remote_ns, now_ns);
+    const std::int64_t followed_ns = followed_.to_own(remote_ns, now_ns);
+    if (!followed_.is_started()) return clock_offset_.to_own(remote_ns, now_ns);
+    time_came_.notify_all();
+    return followed_ns;
+  }
+
+  void follow_time(std::int64_t now_ns) override {
+    const std::lock_guard lock(clock_mutex_);
+    followed_.start(now_ns);
+  }
+
+  std::int64_t wait_for_time(std::int64_t own_ns, double timeout_s) override {
+    std::unique_lock lock(clock_mutex_);
+    time_came_.wait_for(lock, std::chrono::duration<double>(timeout_s),
+                        [&] { return followed_.newest_own_ns() >= own_ns; });
+    return followed_.newest_own_ns();
   }
 
   Result<Bottle> ask(const std::string& remote, const Bottle& request) override {
@@ -395,6 +410,8 @@ class NetworkImpl final : public Network, public std::enable_shared_from_this<Ne
   std::thread keeper_;
   std::mutex clock_mutex_;
   ClockOffset clock_offset_;
+  FollowedTime followed_;
+  std::condition_variable time_came_;
   std::mutex lines_mutex_;
   std::map<std::string, std::shared_ptr<Line>> lines_;
   std::mutex mutex_;

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdint>
+#include <cstdlib>
 #include <functional>
 #include <limits>
 #include <string>
@@ -43,6 +44,45 @@ class ClockOffset {
   std::int64_t former_ns_ = kNothing;
   std::array<std::pair<std::int64_t, std::int64_t>, 128> known_{};
   std::size_t next_ = 0;
+};
+
+// The far side's time as ours: one offset for all, chosen once, and anew when the far side's clock is set.
+// Not thread-safe.
+class FollowedTime {
+ public:
+  // The newest stamp that has come is own_ns.
+  void start(std::int64_t own_ns) {
+    offset_ns_ = own_ns - newest_ns_;
+    is_started_ = true;
+  }
+  [[nodiscard]] bool is_started() const { return is_started_; }
+  [[nodiscard]] std::int64_t newest_own_ns() const { return newest_ns_ + offset_ns_; }
+
+  // Any stamp that comes, also before start().
+  std::int64_t to_own(std::int64_t remote_ns, std::int64_t now_ns) {
+    if (!has_any_ || std::abs(remote_ns - newest_ns_) <= kJump_ns) {
+      if (!has_any_ && is_started_) offset_ns_ = now_ns - remote_ns;
+      newest_ns_ = has_any_ ? std::max(newest_ns_, remote_ns) : remote_ns;
+      has_any_ = true;
+      strange_ = 0;
+      return remote_ns + offset_ns_;
+    }
+    // one odd stamp is late or wrong; if there are only such, the clock was set or messages were missing
+    if (++strange_ < kEnough) return now_ns;
+    strange_ = 0;
+    newest_ns_ = remote_ns;
+    if (std::abs(remote_ns + offset_ns_ - now_ns) > kJump_ns) offset_ns_ = now_ns - remote_ns;
+    return remote_ns + offset_ns_;
+  }
+
+ private:
+  static constexpr std::int64_t kJump_ns = 1'000'000'000;
+  static constexpr int kEnough = 20;
+  bool is_started_ = false;
+  bool has_any_ = false;
+  std::int64_t newest_ns_ = 0;  // of the far side
+  std::int64_t offset_ns_ = 0;
+  int strange_ = 0;  // stamps in a row that do not fit the newest one
 };
 
 // The stamps of one device's messages.

@@ -17,10 +17,17 @@ namespace {
 Status run_simulated(Node& node, Robot& robot, const RobotFile& file, std::optional<double> rate) {
   const auto period_ns = Time::from_seconds(file.period_s).ns;
   Pacer pacer(rate);
-  for (std::int64_t now_ns = 0;; now_ns += period_ns) {
+  const auto log = [&node](const std::string& sentence) { node.log_info(sentence); };
+  for (std::int64_t now_ns = 0;;) {
     if (Status told = node.publish_clock(Time{now_ns}); !told) return told;
-    pacer.wait(Time{now_ns});
-    if (Status stepped = robot.step_to(now_ns + period_ns); !stepped) return stepped;
+    std::int64_t next_ns = now_ns + period_ns;
+    if (robot.has_far_time()) {
+      next_ns = robot.wait_for_far_time(now_ns, period_ns, log);
+    } else {
+      pacer.wait(Time{now_ns});
+    }
+    if (Status stepped = robot.step_to(next_ns); !stepped) return stepped;
+    now_ns = next_ns;
   }
 }
 
@@ -29,7 +36,8 @@ Status run(Node& node) {
   if (!settings) return settings.error();
   const Result<RobotFile> file = load_robot_file(settings->robot_file);
   if (!file) return file.error();
-  // in an app that takes its time from the robot, one without a simulator makes it too: its own seconds
+  // in an app that takes its time from the robot, one without a simulator makes it too: a far robot's time,
+  // or its own seconds
   const bool makes_time = file->simulated_time || node.options().clock != ClockMode::kWall;
   const std::optional<double> rate = file->simulated_time ? settings->rate : 1.0;
   const std::int64_t start_ns = makes_time ? 0 : node.now().ns;

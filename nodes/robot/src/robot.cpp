@@ -8,6 +8,7 @@
 
 #include "nido/simulator/devices/simulated_robot.h"
 #include "nido/wrappers/servers.h"
+#include "nido/yarp/devices.h"
 #include "src/body_server.h"
 
 namespace nido {
@@ -30,6 +31,7 @@ Result<std::unique_ptr<Robot>> Robot::create(Node& node, const RobotFile& file, 
     if (Status added = robot->add_device(node, entry, context); !added) return added.error();
   }
   robot->simulated_ = context.simulated;
+  robot->yarp_network_ = context.yarp_network;
   if (robot->simulated_ && !file.simulated_time) {
     return Error{ErrorCode::kInvalidArgument,
                  fmt::format("{}: devices of the family sim make their own time: say 'clock: simulated'",
@@ -109,6 +111,29 @@ Status Robot::add_server(Node& node, const ServerEntry& entry) {
   if (!server) return server.error();
   servers_.push_back(std::move(*server));
   return {};
+}
+
+std::int64_t Robot::wait_for_far_time(std::int64_t now_ns, std::int64_t period_ns,
+                                      const std::function<void(const std::string&)>& log) {
+  constexpr double kPatience_s = 0.5;
+  constexpr std::int64_t kMostBehind_ns = 50'000'000;
+  if (!is_following_) {
+    yarp_network_->follow_time(now_ns);
+    far_ns_ = now_ns;
+  }
+  is_following_ = true;
+  const std::int64_t end_ns = now_ns + period_ns;
+  for (;;) {
+    const double patience_s = is_silent_ ? static_cast<double>(period_ns) * 1e-9 : kPatience_s;
+    const std::int64_t before_ns = std::exchange(far_ns_, yarp_network_->wait_for_time(end_ns, patience_s));
+    if (const bool silent = far_ns_ == before_ns && far_ns_ < end_ns; silent != is_silent_) {
+      is_silent_ = silent;
+      log(silent ? "nothing comes from the robot: time goes on by this computer's clock"
+                 : "the robot is there: time is the robot's again");
+    }
+    if (far_ns_ >= end_ns || is_silent_) break;
+  }
+  return far_ns_ - end_ns > kMostBehind_ns ? now_ns + (far_ns_ - now_ns) / period_ns * period_ns : end_ns;
 }
 
 Status Robot::publish() {

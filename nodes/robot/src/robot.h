@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -28,6 +29,13 @@ class Robot {
 
   // Publishes how things are, before any time has passed.
   Status publish();
+  // Whether time is made by a robot on a network, and not by this process.
+  [[nodiscard]] bool has_far_time() const { return yarp_network_ != nullptr; }
+  // Waits for the end of the control period that began at now_ns, by the far robot's time: usually period_ns
+  // later; more, in whole periods, when this side has fallen behind by more than 50 ms. When nothing comes
+  // from there, by the wall clock. Only with has_far_time().
+  std::int64_t wait_for_far_time(std::int64_t now_ns, std::int64_t period_ns,
+                                 const std::function<void(const std::string&)>& log);
   // One control period that ends at now_ns: takes commands, moves the devices, publishes.
   Status step_to(std::int64_t now_ns);
 
@@ -44,6 +52,10 @@ class Robot {
   // in this order, so that servers end before what they serve, and devices before their clock
   ManualClock clock_;
   std::shared_ptr<sim::SimulatedRobot> simulated_;
+  std::shared_ptr<yarp::Network> yarp_network_;
+  bool is_following_ = false;
+  bool is_silent_ = false;   // nothing comes from the far side
+  std::int64_t far_ns_ = 0;  // newest time of the far side
   std::vector<Device> devices_;
   std::vector<ISteppable*> steppables_;
   std::vector<std::unique_ptr<IServer>> servers_;

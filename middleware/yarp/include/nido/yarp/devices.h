@@ -61,6 +61,14 @@ class Network {
   // seconds.
   virtual std::int64_t to_own_clock(std::int64_t remote_ns, std::int64_t now_ns) = 0;
 
+  // From now on this side lives in the network's time: the newest stamp that has come is `now_ns`, and all
+  // others are told by the same offset, exactly. A robot that starts again, and whose clock does so, is
+  // noticed: time here goes on.
+  virtual void follow_time(std::int64_t now_ns) = 0;
+  // Waits until a reading of this time of our clock or a later one has come, at most timeout_s of wall time.
+  // The newest time that has come. Only after follow_time().
+  virtual std::int64_t wait_for_time(std::int64_t own_ns, double timeout_s) = 0;
+
   // Asks a port and waits for its answer. kNotFound: nobody has this name; kTimeout: no answer in time.
   virtual Result<Bottle> ask(const std::string& remote, const Bottle& request) = 0;
 };
