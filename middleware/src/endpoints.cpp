@@ -8,6 +8,7 @@
 #include <fastdds/dds/subscriber/SampleInfo.hpp>
 
 #include "nido/middleware/port_name.h"
+#include "user_data.h"
 
 namespace nido {
 
@@ -165,7 +166,8 @@ Result<std::unique_ptr<Reader>> Reader::open(std::shared_ptr<Participant> partic
   dds::DataReaderQos qos = dds::DATAREADER_QOS_DEFAULT;
   apply(quality, qos);
   qos.reliable_reader_qos().times.heartbeatResponseDelay = {0, 1'000'000};
-  qos.user_data().setValue(pack_user_data(self->participant_->node_name(), port_name, quality.profile));
+  qos.user_data().setValue(
+      pack_user_data({self->participant_->node_name(), port_name, quality.profile, type.dds_name}));
   self->listener_ = std::make_shared<Listener>(type, events);
   self->participant_->keep(self->listener_);
   self->reader_ =
@@ -253,7 +255,8 @@ Result<std::unique_ptr<Writer>> Writer::open(std::shared_ptr<Participant> partic
   // seconds
   qos.reliable_writer_qos().times.heartbeatPeriod = {0, 50'000'000};
   qos.reliable_writer_qos().times.nackResponseDelay = {0, 1'000'000};
-  qos.user_data().setValue(pack_user_data(self->participant_->node_name(), port_name, quality.profile));
+  qos.user_data().setValue(
+      pack_user_data({self->participant_->node_name(), port_name, quality.profile, type.dds_name}));
   self->listener_ = std::make_shared<Listener>();
   self->participant_->keep(self->listener_);
   self->writer_ =

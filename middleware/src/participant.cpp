@@ -11,6 +11,7 @@
 
 #include "guarded_transport.h"
 #include "local_transport.h"
+#include "user_data.h"
 
 namespace nido {
 
@@ -67,27 +68,6 @@ EndpointInfo describe(const Proxy& proxy, bool is_writer) {
 }
 
 }  // namespace
-
-std::vector<unsigned char> pack_user_data(const std::string& node, const std::string& port,
-                                          const std::string& profile) {
-  const std::string text = "nido;" + node + ";" + port + ";" + profile;
-  return {text.begin(), text.end()};
-}
-
-void unpack_user_data(const std::vector<unsigned char>& data, EndpointInfo& info) {
-  const std::string text(data.begin(), data.end());
-  if (!text.starts_with("nido;")) {
-    return;
-  }
-  const auto node_end = text.find(';', 5);
-  const auto port_end = node_end == std::string::npos ? node_end : text.find(';', node_end + 1);
-  if (port_end == std::string::npos) {
-    return;
-  }
-  info.node = text.substr(5, node_end - 5);
-  info.port = text.substr(node_end + 1, port_end - node_end - 1);
-  info.profile = text.substr(port_end + 1);
-}
 
 class Participant::Listener final : public dds::DomainParticipantListener {
  public:

@@ -91,9 +91,4 @@ class Participant {
   std::vector<std::shared_ptr<void>> kept_;
 };
 
-// What an endpoint tells about itself in its user data, and the way back.
-std::vector<unsigned char> pack_user_data(const std::string& node, const std::string& port,
-                                          const std::string& profile);
-void unpack_user_data(const std::vector<unsigned char>& data, EndpointInfo& info);
-
 }  // namespace nido
