@@ -1,0 +1,8 @@
+// nido-bench-rtt: a message through a port and one back, and the same by others (docs/bench.md).
+#include "ping_pong.h"
+
+int main(int argc, char** argv) {
+  using namespace nido::bench;
+  return ping_pong_main(argc, argv, "rtt",
+                        {nido_port(), plain_fast_dds(), cyclone_dds(), zeromq_tcp(), unix_socket()});
+}
