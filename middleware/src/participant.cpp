@@ -11,6 +11,7 @@
 
 #include "guarded_transport.h"
 #include "local_transport.h"
+#include "nido/middleware/network.h"
 #include "user_data.h"
 
 namespace nido {
@@ -19,35 +20,58 @@ namespace rtps = eprosima::fastrtps::rtps;
 
 namespace {
 
-dds::DomainParticipantQos participant_qos(const std::string& node_name, int lease_s) {
-  dds::DomainParticipantQos qos;
-  qos.name("nido/" + node_name);
-  qos.transport().use_builtin_transports = false;
+rtps::Locator_t udp_locator(const std::string& address, std::uint32_t port = 0) {
+  rtps::Locator_t locator;
+  rtps::IPLocator::setIPv4(locator, address);
+  locator.kind = LOCATOR_KIND_UDPv4;
+  locator.port = port;
+  return locator;
+}
 
-  qos.transport().user_transports.push_back(std::make_shared<LocalTransportDescriptor>());
-  // for other programs, this machine only
+// This computer only: discovery by multicast on the loopback interface.
+void stay_on_this_computer(dds::DomainParticipantQos& qos) {
   auto udp = std::make_shared<GuardedUdpDescriptor>();
   udp->interfaceWhiteList.emplace_back("127.0.0.1");
   qos.transport().user_transports.push_back(udp);
-
-  // discovery over UDP only
   auto& builtin = qos.wire_protocol().builtin;
-  rtps::Locator_t unicast;
-  rtps::IPLocator::setIPv4(unicast, "127.0.0.1");
-  unicast.kind = LOCATOR_KIND_UDPv4;
-  unicast.port = 0;
-  builtin.metatrafficUnicastLocatorList.push_back(unicast);
-  rtps::Locator_t multicast;
-  rtps::IPLocator::setIPv4(multicast, "239.255.0.1");
-  multicast.kind = LOCATOR_KIND_UDPv4;
-  multicast.port = 0;
-  builtin.metatrafficMulticastLocatorList.push_back(multicast);
+  builtin.metatrafficUnicastLocatorList.push_back(udp_locator("127.0.0.1"));
+  builtin.metatrafficMulticastLocatorList.push_back(udp_locator("239.255.0.1"));
   builtin.avoid_builtin_multicast = false;
+}
 
-  builtin.discovery_config.leaseDuration = {lease_s, 0};
-  builtin.discovery_config.leaseDuration_announcementperiod = {0, 500'000'000};
-  builtin.discovery_config.initial_announcements.count = 5;
-  builtin.discovery_config.initial_announcements.period = {0, 50'000'000};
+// The named computers: discovery by messages to each place where a process may listen.
+void talk_to_peers(dds::DomainParticipantQos& qos, const NetworkSettings& network) {
+  auto udp = std::make_shared<GuardedUdpDescriptor>();
+  udp->interfaceWhiteList.push_back(network.address);
+  udp->maxInitialPeersRange = static_cast<std::uint32_t>(network.processes_per_computer);
+  udp->maxMessageSize = static_cast<std::uint32_t>(network.largest_packet_bytes);
+  qos.transport().user_transports.push_back(udp);
+  auto& builtin = qos.wire_protocol().builtin;
+  builtin.metatrafficUnicastLocatorList.push_back(udp_locator(network.address));
+  builtin.avoid_builtin_multicast = true;
+  builtin.initialPeersList.push_back(udp_locator(network.address));
+  for (const std::string& peer : network.peers) {
+    builtin.initialPeersList.push_back(udp_locator(peer));
+  }
+}
+
+dds::DomainParticipantQos participant_qos(const std::string& node_name, int lease_s,
+                                          const std::optional<NetworkSettings>& network) {
+  dds::DomainParticipantQos qos;
+  qos.name("nido/" + node_name);
+  qos.transport().use_builtin_transports = false;
+  qos.transport().user_transports.push_back(std::make_shared<LocalTransportDescriptor>());
+  // discovery over UDP only; user messages, too, to other computers and programs of others
+  if (network) {
+    talk_to_peers(qos, *network);
+  } else {
+    stay_on_this_computer(qos);
+  }
+  auto& discovery = qos.wire_protocol().builtin.discovery_config;
+  discovery.leaseDuration = {lease_s, 0};
+  discovery.leaseDuration_announcementperiod = {0, 500'000'000};
+  discovery.initial_announcements.count = 5;
+  discovery.initial_announcements.period = {0, 50'000'000};
   return qos;
 }
 
@@ -99,6 +123,10 @@ Participant::Participant(int domain, std::string node_name)
 
 Result<std::shared_ptr<Participant>> Participant::join(int domain, const std::string& node_name,
                                                        int lease_s) {
+  const auto network = network_settings_from_environment();
+  if (!network) {
+    return network.error();
+  }
   if (domain < 0 || domain > 230) {
     return Error{ErrorCode::kInvalidArgument,
                  "DDS domain " + std::to_string(domain) + " is not within 0..230"};
@@ -118,11 +146,12 @@ Result<std::shared_ptr<Participant>> Participant::join(int domain, const std::st
 
   std::shared_ptr<Participant> self(new Participant(domain, node_name));
   self->participant_ = dds::DomainParticipantFactory::get_instance()->create_participant(
-      static_cast<dds::DomainId_t>(domain), participant_qos(node_name, lease_s), self->listener_.get(),
-      dds::StatusMask::none());
+      static_cast<dds::DomainId_t>(domain), participant_qos(node_name, lease_s, *network),
+      self->listener_.get(), dds::StatusMask::none());
   if (self->participant_ == nullptr) {
     return Error{ErrorCode::kFailed, "node " + node_name + " cannot join DDS domain " +
-                                         std::to_string(domain) + ": is the loopback interface up?"};
+                                         std::to_string(domain) + ": is the interface of " +
+                                         (*network ? (*network)->address : "127.0.0.1") + " up?"};
   }
   self->publisher_ = self->participant_->create_publisher(dds::PUBLISHER_QOS_DEFAULT);
   self->subscriber_ = self->participant_->create_subscriber(dds::SUBSCRIBER_QOS_DEFAULT);
