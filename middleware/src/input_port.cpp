@@ -12,6 +12,9 @@ namespace {
 
 // lockstep: messages of one source that wait for their tick; more than any pair of ticks brings
 constexpr std::size_t kMostHeld = 4096;
+// commands that a node has not taken yet. Many come at once when one before them was lost on the way and had
+// to be sent again; as many as a sender keeps for a reader that is behind (endpoints.cpp).
+constexpr std::size_t kMostCommands = 2000;
 
 }  // namespace
 
@@ -26,7 +29,7 @@ Result<std::unique_ptr<RawInput>> InputPort::open(std::shared_ptr<Participant> p
   self->name_ = name;
   self->type_ = type;
   self->profile_ = profile;
-  self->depth_ = std::max<std::size_t>(depth, 1);
+  self->depth_ = std::max<std::size_t>(depth, profile == Profile::kCommand ? kMostCommands : 1);
   self->lockstep_ = lockstep;
   self->participant_ = std::move(participant);
   auto lock = NameLock::take(self->participant_->domain(), "port", name);

@@ -402,8 +402,14 @@ void LockstepOwner::drop_dead(std::uint64_t tick) {
       }
     }
   }
+  const auto endpoints =
+      context_.one_computer ? std::vector<EndpointInfo>() : context_.participant->endpoints();
   for (const std::string& name : late) {
-    if (!NameLock::is_owned(context_.participant->domain(), "node", name)) {
+    // a name of another computer is not owned on this one; there the lease tells
+    const bool is_elsewhere =
+        std::any_of(endpoints.begin(), endpoints.end(),
+                    [&](const EndpointInfo& endpoint) { return endpoint.node == name; });
+    if (!is_elsewhere && !NameLock::is_owned(context_.participant->domain(), "node", name)) {
       context_.warning("node " + name + " ended without leaving the lockstep; the run goes on without it");
       const std::lock_guard lock(mutex_);
       members_.erase(name);

@@ -26,6 +26,7 @@ struct LockstepContext {
   std::shared_ptr<Participant> participant;
   std::shared_ptr<PortBook> book;
   std::string node;
+  bool one_computer = true;  // no member is on another one
   std::function<bool()> is_stopped;
   std::function<void(const std::string&)> info;
   std::function<void(const std::string&)> warning;

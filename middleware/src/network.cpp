@@ -24,9 +24,14 @@ bool is_ipv4(const std::string& text) {
   return inet_pton(AF_INET, text.c_str(), &address) == 1;
 }
 
-// name -> IPv4 address of every interface that is up
-std::map<std::string, std::string> interfaces() {
-  std::map<std::string, std::string> found;
+struct Interface {
+  std::string address;    // IPv4
+  bool has_link = false;  // a cable or a wireless network
+};
+
+// by name, those that are up
+std::map<std::string, Interface> interfaces() {
+  std::map<std::string, Interface> found;
   ifaddrs* list = nullptr;
   if (getifaddrs(&list) != 0) {
     return found;
@@ -35,7 +40,8 @@ std::map<std::string, std::string> interfaces() {
     if (one->ifa_addr != nullptr && one->ifa_addr->sa_family == AF_INET && (one->ifa_flags & IFF_UP) != 0) {
       std::array<char, INET_ADDRSTRLEN> text{};
       const auto* const address = reinterpret_cast<const sockaddr_in*>(one->ifa_addr);
-      found.emplace(one->ifa_name, inet_ntop(AF_INET, &address->sin_addr, text.data(), text.size()));
+      found[one->ifa_name] = {inet_ntop(AF_INET, &address->sin_addr, text.data(), text.size()),
+                              (one->ifa_flags & IFF_RUNNING) != 0};
     }
   }
   freeifaddrs(list);
@@ -45,13 +51,20 @@ std::map<std::string, std::string> interfaces() {
 Status choose_interface(const std::string& file, const YAML::Node& value, NetworkSettings& settings) {
   const auto wanted = value.as<std::string>();
   std::string there;
-  for (const auto& [name, address] : interfaces()) {
-    if (wanted == name || wanted == address) {
-      settings.interface_name = name;
-      settings.address = address;
-      return {};
+  for (const auto& [name, one] : interfaces()) {
+    if (wanted != name && wanted != one.address) {
+      there += (there.empty() ? "" : ", ") + name + " (" + one.address + ")";
+      continue;
     }
-    there += (there.empty() ? "" : ", ") + name + " (" + address + ")";
+    // the DDS library opens nothing there, and does not try again
+    if (!one.has_link) {
+      return Error{ErrorCode::kNotFound,
+                   file + ": interface " + name + " (" + one.address +
+                       ") has no link: is its cable in, or its wireless network joined?"};
+    }
+    settings.interface_name = name;
+    settings.address = one.address;
+    return {};
   }
   return refuse(file, value, "there is no interface '" + wanted + "'; there are " + there);
 }
@@ -113,9 +126,8 @@ Result<NetworkSettings> read_network_settings(const std::string& file) {
         status = read_number(file, value, key, 1000, 65500, settings.largest_packet_bytes);
       } else if (key == "security") {
         has_security = true;
-        const auto folder = value.as<std::string>();
-        if (folder != "none") {
-          settings.security_folder = folder;
+        if (value.as<std::string>() != "none") {
+          status = refuse(file, value, "security is '" + value.as<std::string>() + "', allowed is none");
         }
       } else {
         status = refuse(file, entry.first,
@@ -135,9 +147,9 @@ Result<NetworkSettings> read_network_settings(const std::string& file) {
                   "the key interface is missing: the network interface to use, by name or address");
   }
   if (!has_security) {
-    return refuse(file, top,
-                  "the key security is missing: the folder of the keys that 'nido security init' made, or "
-                  "none if everybody on this network may read and command the robot");
+    return refuse(
+        file, top,
+        "the key security is missing: say none if everybody on this network may read and command the robot");
   }
   return settings;
 }

@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <sstream>
 
+#include "nido/middleware/network.h"
 #include "nido/middleware/port_name.h"
 #include "nido/middleware/typed_port.h"
 
@@ -380,9 +381,12 @@ Status NodeImpl::run_on_clock(const std::function<Status(Time)>& on_tick) {
 }
 
 LockstepContext NodeImpl::lockstep_context() {
+  const auto network = network_settings_from_environment();
+  const bool one_computer = network.ok() && !network->has_value();
   return {participant_,
           book_,
           options_.name,
+          one_computer,
           [this] { return is_stopped(); },
           [this](const std::string& text) { log_info(text); },
           [this](const std::string& text) { log_warning(text); }};

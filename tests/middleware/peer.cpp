@@ -1,12 +1,15 @@
 // A process for the tests to start, talk to and kill. The first argument says what it does, the others are a
 // node's.
 
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <iostream>
 #include <random>
+#include <sstream>
 #include <thread>
+#include <vector>
 
 #include "nido/middleware/node.h"
 #include "nido/middleware/typed_port.h"
@@ -208,6 +211,69 @@ Status idle(Node& node) {
   return node.run([](Time) { return Status(); });
 }
 
+std::int64_t steady_ns() {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(
+             std::chrono::steady_clock::now().time_since_epoch())
+      .count();
+}
+
+// Writes `count` numbered commands with the time of writing when it reads "go".
+Status giver(Node& node) {
+  auto out = node.open_output<msgs::String>("/giver/command:o", Profile::kCommand);
+  const auto count = node.parameter<int>("count", 1000);
+  if (!out || !count) {
+    return Error{ErrorCode::kFailed, "cannot begin"};
+  }
+  node.set_ready();
+  say((*out)->wait_for_readers(1, 30.0) ? "CONNECTED" : "ALONE");
+  std::string line;
+  std::getline(std::cin, line);
+  for (int i = 1; i <= *count; ++i) {
+    if (auto status = (*out)->write(words(std::to_string(i) + " " + std::to_string(steady_ns()))); !status) {
+      return status;
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  }
+  say("GIVEN");
+  std::getline(std::cin, line);
+  return {};
+}
+
+// Takes as many, says whether they came once each and in order, and how long they took.
+Status taker(Node& node) {
+  auto in = node.open_input<msgs::String>("/taker/command:i", Profile::kCommand);
+  const auto count = node.parameter<int>("count", 1000);
+  if (!in || !count) {
+    return Error{ErrorCode::kFailed, "cannot begin"};
+  }
+  if (!(*in)->wait_for_sources(1, 30.0)) {
+    return Error{ErrorCode::kTimeout, "no source"};
+  }
+  node.set_ready();
+  say("READY");
+  std::vector<double> delays_ms;
+  bool in_order = true;
+  while (static_cast<int>(delays_ms.size()) < *count && (*in)->wait_for_message(30.0)) {
+    while (const auto message = (*in)->take()) {
+      std::istringstream text(message->data());
+      int number = 0;
+      std::int64_t written_ns = 0;
+      text >> number >> written_ns;
+      delays_ms.push_back(static_cast<double>(steady_ns() - written_ns) * 1e-6);
+      in_order = in_order && number == static_cast<int>(delays_ms.size());
+    }
+  }
+  std::sort(delays_ms.begin(), delays_ms.end());
+  const auto share = [&](double part) {
+    return delays_ms.empty()
+               ? 0.0
+               : delays_ms[static_cast<std::size_t>(part * static_cast<double>(delays_ms.size() - 1))];
+  };
+  say("DELAY_MS p50 " + std::to_string(share(0.5)) + " p99 " + std::to_string(share(0.99)));
+  say("TAKEN " + std::to_string(delays_ms.size()) + (in_order ? " in order" : " out of order"));
+  return {};
+}
+
 // Does not look at signals.
 Status stubborn(Node& node) {
   node.set_ready();
@@ -229,6 +295,8 @@ int main(int argc, char** argv) {
                     : what == "source"   ? nido::source
                     : what == "listener" ? nido::listener
                     : what == "idle"     ? nido::idle
+                    : what == "giver"    ? nido::giver
+                    : what == "taker"    ? nido::taker
                     : what == "stubborn" ? nido::stubborn
                                          : nullptr;
   if (body == nullptr) {

@@ -21,6 +21,7 @@
 #include "nido/launcher/app.h"
 #include "nido/launcher/paths.h"
 #include "nido/launcher/suggest.h"
+#include "nido/middleware/network.h"
 #include "nido/middleware/shm_hygiene.h"
 #include "verbs.h"
 
@@ -115,7 +116,21 @@ bool hears_itself(in_addr interface) {
   return heard;
 }
 
+// The network beyond this computer, as NIDO_NETWORK says.
+Finding describe_network(const NetworkSettings& network) {
+  const std::string where = fmt::format(
+      "processes talk on {} ({}), as NIDO_NETWORK says, with {}, without multicast", network.interface_name,
+      network.address, network.peers.empty() ? "no other computer" : join_words(network.peers));
+  return {"network", Health::kDoubtful,
+          where + "; security is none: everybody on that network can read and command the robot",
+          "only for a network of which you know every computer"};
+}
+
 Finding check_network() {
+  const auto settings = network_settings_from_environment();
+  if (!settings)
+    return {"network", Health::kBad, settings.error().message, "correct that file, or unset NIDO_NETWORK"};
+  if (settings->has_value()) return describe_network(**settings);
   ifaddrs* list = nullptr;
   if (getifaddrs(&list) != 0) return {"network", Health::kBad, "the interfaces cannot be listed", ""};
   std::string loopback;
