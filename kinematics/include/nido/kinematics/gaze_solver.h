@@ -1,0 +1,60 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <array>
+
+#include "nido/kinematics/camera_geometry.h"
+#include "nido/kinematics/robot_model.h"
+
+namespace nido {
+
+// Order of the head's joints as on its board: neck pitch, roll, yaw, eyes tilt, version, vergence.
+using HeadAngles = Eigen::Matrix<double, 6, 1>;
+using TorsoAngles = Eigen::Vector3d;  // yaw, roll, pitch
+
+struct GazeSolution {
+  HeadAngles head_rad = HeadAngles::Zero();
+  double error_px = 0;  // of the point's image from the image centre, in the worse eye
+};
+
+// Joints of neck and eyes with which both eyes see a point in the middle of their pictures. Immutable, so
+// thread-safe. The model must outlive it.
+class GazeSolver {
+ public:
+  // Fails if the model has no head, torso and two cameras as an iCub has.
+  static Result<GazeSolver> create(const RobotModel& model, const PinholeCamera& camera);
+
+  // The neck does most of the turning, the eyes the rest, all within the limits. The neck stays near the
+  // start where there is a choice. Always gives the best that was found.
+  [[nodiscard]] GazeSolution solve(const Eigen::Vector3d& p_Root_m, const TorsoAngles& torso_rad,
+                                   const HeadAngles& start_rad) const;
+  // How far from the image centre a point is seen, in the worse eye, pixels; measured as angles, so that it
+  // is finite behind the eyes too.
+  [[nodiscard]] double error_px(const Eigen::Vector3d& p_Root_m, const TorsoAngles& torso_rad,
+                                const HeadAngles& head_rad) const;
+  // The point at which the eyes look: nearest to both optical axes. Far away when they are parallel.
+  [[nodiscard]] Eigen::Vector3d p_RootFixation_m(const TorsoAngles& torso_rad,
+                                                 const HeadAngles& head_rad) const;
+  // The point at a distance along the line of sight of a pixel; eye 0 left, 1 right.
+  [[nodiscard]] Eigen::Vector3d p_RootPixel_m(int eye, const Eigen::Vector2d& px, double distance_m,
+                                              const TorsoAngles& torso_rad, const HeadAngles& head_rad) const;
+
+  [[nodiscard]] const HeadAngles& lower_rad() const { return lower_rad_; }
+  [[nodiscard]] const HeadAngles& upper_rad() const { return upper_rad_; }
+
+ private:
+  GazeSolver(const RobotModel& model, const PinholeCamera& camera) : model_(&model), camera_(camera) {}
+  [[nodiscard]] Eigen::VectorXd axes(const TorsoAngles& torso_rad, const HeadAngles& head_rad) const;
+  // Angles under which the eyes see the point, by the focal length: left x, y, right x, y.
+  [[nodiscard]] Eigen::Vector4d seen_px(const Eigen::Vector3d& p_Root_m, const Eigen::VectorXd& axes) const;
+
+  const RobotModel* model_;
+  PinholeCamera camera_;
+  int head_first_ = 0;
+  int torso_first_ = 0;
+  std::array<int, 2> cameras_{};
+  HeadAngles lower_rad_ = HeadAngles::Zero();
+  HeadAngles upper_rad_ = HeadAngles::Zero();
+};
+
+}  // namespace nido
