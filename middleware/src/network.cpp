@@ -126,9 +126,8 @@ Result<NetworkSettings> read_network_settings(const std::string& file) {
         status = read_number(file, value, key, 1000, 65500, settings.largest_packet_bytes);
       } else if (key == "security") {
         has_security = true;
-        if (value.as<std::string>() != "none") {
-          status = refuse(file, value, "security is '" + value.as<std::string>() + "', allowed is none");
-        }
+        const auto folder = value.as<std::string>();
+        settings.security_folder = folder == "none" ? "" : folder;
       } else {
         status = refuse(file, entry.first,
                         "'" + key +
@@ -147,9 +146,9 @@ Result<NetworkSettings> read_network_settings(const std::string& file) {
                   "the key interface is missing: the network interface to use, by name or address");
   }
   if (!has_security) {
-    return refuse(
-        file, top,
-        "the key security is missing: say none if everybody on this network may read and command the robot");
+    return refuse(file, top,
+                  "the key security is missing: the folder of the keys that 'nido security init' made, or "
+                  "none if everybody on this network may read and command the robot");
   }
   return settings;
 }

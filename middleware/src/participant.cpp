@@ -12,6 +12,7 @@
 #include "guarded_transport.h"
 #include "local_transport.h"
 #include "nido/middleware/network.h"
+#include "security.h"
 #include "user_data.h"
 
 namespace nido {
@@ -144,10 +145,15 @@ Result<std::shared_ptr<Participant>> Participant::join(int domain, const std::st
   settings.intraprocess_delivery = eprosima::fastrtps::INTRAPROCESS_OFF;
   eprosima::fastrtps::xmlparser::XMLProfileManager::library_settings(settings);
 
+  dds::DomainParticipantQos qos = participant_qos(node_name, lease_s, *network);
+  if (*network && !(*network)->security_folder.empty()) {
+    if (auto status = use_keys((*network)->security_folder, node_name, qos); !status) {
+      return status.error();
+    }
+  }
   std::shared_ptr<Participant> self(new Participant(domain, node_name));
   self->participant_ = dds::DomainParticipantFactory::get_instance()->create_participant(
-      static_cast<dds::DomainId_t>(domain), participant_qos(node_name, lease_s, *network),
-      self->listener_.get(), dds::StatusMask::none());
+      static_cast<dds::DomainId_t>(domain), qos, self->listener_.get(), dds::StatusMask::none());
   if (self->participant_ == nullptr) {
     return Error{ErrorCode::kFailed, "node " + node_name + " cannot join DDS domain " +
                                          std::to_string(domain) + ": is the interface of " +

@@ -5,11 +5,13 @@
 
 #include <chrono>
 #include <cstdlib>
+#include <filesystem>
 #include <fstream>
 #include <map>
 #include <thread>
 
 #include "child_process.h"
+#include "nido/middleware/key_store.h"
 #include "test_node.h"
 
 namespace nido::testing {
@@ -47,7 +49,6 @@ TEST(Network, WhatIsNotUnderstoodIsRefusedWithItsPlace) {
        ":3: processes_per_computer is 0, allowed is 1"},
       {"interface: lo\nsecurity: none\nlargest_packet_bytes: many\n", ":3: 'many' is not understood"},
       {"interface: [lo]\nsecurity: none\n", ":1: '[lo]' is not understood"},
-      {"interface: lo\nsecurity: keys\n", ":2: security is 'keys', allowed is none"},
       {"7\n", "holds no 'key: value' lines"},
       {"a: [\n", "network file"}};
   for (const auto& [text, sentence] : bad) {
@@ -91,6 +92,11 @@ class TwoComputers : public ::testing::Test {
     for (const auto& entry : settings_) {
       unlink(entry.second.c_str());
     }
+  }
+  void set_security(char which, const std::string& keys) {
+    settings_[which] = written_to_file(
+        std::string(1, which) + ".yaml",
+        "interface: cable\nsecurity: " + keys + "\npeers: [" + address(which == 'a' ? 'b' : 'a') + "]\n");
   }
   static bool gets_link(char which) {
     const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(20);
@@ -150,6 +156,65 @@ TEST_F(TwoComputers, ALockstepGoesOverTheCable) {
   member->signal(SIGTERM);
   EXPECT_TRUE(member->line_with("HASH ").ends_with(" 100")) << member->seen();
   EXPECT_EQ(owner->seen().find("ended without leaving"), std::string::npos) << owner->seen();
+}
+
+// A folder of keys for a test, removed with it.
+class Keys {
+ public:
+  explicit Keys(const std::string& name)
+      : folder_(::testing::TempDir() + "nido-keys-" + std::to_string(getpid()) + "-" + name) {
+    std::filesystem::remove_all(folder_);
+    const Status made = make_key_store(folder_);
+    EXPECT_TRUE(made.ok()) << made.error().message;
+  }
+  ~Keys() { std::filesystem::remove_all(folder_); }
+  Keys(const Keys&) = delete;
+  Keys& operator=(const Keys&) = delete;
+  [[nodiscard]] const std::string& folder() const { return folder_; }
+
+ private:
+  const std::string folder_;
+};
+
+TEST(Keys, AreMadeOnceAndOnlyForNodes) {
+  const Keys keys("once");
+  EXPECT_EQ(make_key_store(keys.folder()).error().code, ErrorCode::kTaken);
+  EXPECT_TRUE(add_identity(keys.folder(), "watcher", {.read = {"/icubSim/*"}}).ok());
+  EXPECT_EQ(add_identity(keys.folder(), "watcher", {}).error().code, ErrorCode::kTaken);
+  EXPECT_EQ(add_identity(keys.folder(), "no node", {}).error().code, ErrorCode::kInvalidArgument);
+  EXPECT_EQ(add_identity(keys.folder(), "other", {.write = {"no port"}}).error().code,
+            ErrorCode::kInvalidArgument);
+  EXPECT_EQ(add_identity("/no/such/folder", "other", {}).error().code, ErrorCode::kNotFound);
+  using Perms = std::filesystem::perms;
+  const auto secret = std::filesystem::status(keys.folder() + "/authority/key.pem").permissions();
+  EXPECT_EQ(secret & (Perms::group_all | Perms::others_all), Perms::none);
+}
+
+TEST_F(TwoComputers, OnlyThoseWithKeysOfTheSameAuthorityHearEachOther) {
+  const Keys keys("ours");
+  const Keys others("theirs");
+  ASSERT_TRUE(add_identity(keys.folder(), "watcher", {.read = {"/source/*"}}).ok());
+  set_security('a', keys.folder());
+  set_security('b', keys.folder());
+  auto source = start('a', {"source"});
+  ASSERT_EQ(source->line_with("READY"), "") << source->seen();
+  const std::vector<std::string> listener_words{"listener", "--connect", "/source/count:o=/listener/in:i"};
+  auto listener = start('b', listener_words);
+  ASSERT_EQ(listener->line_with("READY"), "") << listener->seen();
+  source->send("wait");
+  ASSERT_EQ(source->line_with("CONNECTED"), "");
+  source->send("secret");
+  EXPECT_EQ(listener->line_with("GOT "), "secret 1");
+  listener.reset();
+  // a node with an identity of its own may do no more than that says
+  auto watcher = start('b', {"idle", "--name", "watcher"});
+  EXPECT_NE(watcher->line_with("[watcher] error: port /idle/out:o cannot be made"), "(none)");
+  for (const std::string& foreign : {others.folder(), std::string("none")}) {
+    set_security('b', foreign);
+    auto stranger =
+        start('b', {"listener", "--connect", "/source/count:o=/listener/in:i", "--set", "patience_s=4"});
+    EXPECT_EQ(stranger->line_with("[listener] error: "), "no source") << foreign;
+  }
 }
 
 TEST_F(TwoComputers, ACableThatWasPulledHealsByItself) {

@@ -182,7 +182,8 @@ Status listener(Node& node) {
   if (!in) {
     return in.error();
   }
-  if (!(*in)->wait_for_sources(1, 20.0)) {
+  const auto patience_s = node.parameter<double>("patience_s", 20.0);
+  if (!(*in)->wait_for_sources(1, patience_s ? *patience_s : 20.0)) {
     return Error{ErrorCode::kTimeout, "no source"};
   }
   node.set_ready();

@@ -121,9 +121,11 @@ Finding describe_network(const NetworkSettings& network) {
   const std::string where = fmt::format(
       "processes talk on {} ({}), as NIDO_NETWORK says, with {}, without multicast", network.interface_name,
       network.address, network.peers.empty() ? "no other computer" : join_words(network.peers));
+  if (!network.security_folder.empty())
+    return {"network", Health::kGood, where + "; encrypted, with the keys of " + network.security_folder, ""};
   return {"network", Health::kDoubtful,
           where + "; security is none: everybody on that network can read and command the robot",
-          "only for a network of which you know every computer"};
+          "only for a network of which you know every computer; else: nido security init"};
 }
 
 Finding check_network() {

@@ -6,6 +6,7 @@
 
 #include "completion.h"
 #include "nido/launcher/launch.h"
+#include "security_verbs.h"
 #include "verbs.h"
 
 namespace {
@@ -273,6 +274,7 @@ int main(int argc, char** argv) {
   common.domain = domain_of_environment();
   PortArguments port_args;
   add_ports(verbs, port_args);
+  cli::add_security(root);
 
   std::string node_name;
   CLI::App* node = verbs.group("node", "look at processes", "nido node info vision");

@@ -23,6 +23,9 @@ struct NetworkSettings {
   // packets are lost (wireless), 1400 costs a piece of a message for each and not all of it. Holds for
   // messages inside of the computer, too.
   int largest_packet_bytes = 65500;
+  // Folder of the keys that `nido security init` made (key_store.h): messages are encrypted, and only those
+  // with keys of the same authority take part. Empty: the wire is trusted (`security: none`).
+  std::string security_folder;
 };
 
 // Reads a network file:
