@@ -7,6 +7,8 @@
 #include <fastdds/dds/subscriber/DataReaderListener.hpp>
 #include <fastdds/dds/subscriber/SampleInfo.hpp>
 
+#include "lane_reader.h"
+#include "lane_writer.h"
 #include "nido/middleware/port_name.h"
 #include "user_data.h"
 
@@ -69,7 +71,33 @@ Error cannot_open(const Participant& participant, const std::string& port_name, 
           "port " + port_name + " cannot be made on topic " + topic + " with type " + type.dds_name + others};
 }
 
+Error no_lanes(const std::string& port_name) {
+  return {ErrorCode::kFailed,
+          "port " + port_name + " cannot be made: this process gets no more sockets or threads"};
+}
+
+rtps::SequenceNumber_t sequence_number_of(std::uint64_t number) {
+  return {static_cast<std::int32_t>(number >> 32U), static_cast<std::uint32_t>(number)};
+}
+
 }  // namespace
+
+std::shared_ptr<LaneServer> Participant::lanes() {
+  const std::lock_guard lock(lanes_mutex_);
+  if (!lanes_) {
+    lanes_ = LaneServer::open(participant_->guid().guidPrefix);
+  }
+  return lanes_;
+}
+
+bool Participant::is_near(const Guid& guid) const {
+  if (guid.guidPrefix == participant_->guid().guidPrefix) {
+    return true;
+  }
+  const std::lock_guard lock(endpoints_mutex_);
+  const auto found = endpoints_.find(guid);
+  return found != endpoints_.end() && found->second.lane_place == lane_place();
+}
 
 Quality Quality::of(Profile profile, std::size_t depth, bool is_writer, bool lockstep) {
   Quality quality;
@@ -105,10 +133,17 @@ Quality Quality::of(Profile profile, std::size_t depth, bool is_writer, bool loc
   return quality;
 }
 
-class Reader::Listener final : public dds::DataReaderListener {
+// Where messages come in, from both ways.
+class Reader::Listener final : public dds::DataReaderListener,
+                               public LaneSink,
+                               public std::enable_shared_from_this<Reader::Listener> {
  public:
-  Listener(MessageType type, ReaderEvents& events)
-      : type_(std::move(type)), support_(type_.make_support()), events_(&events) {}
+  Listener(Participant& participant, std::shared_ptr<LaneLoop> loop, MessageType type, ReaderEvents& events)
+      : participant_(participant),
+        loop_(std::move(loop)),
+        type_(std::move(type)),
+        support_(type_.make_support()),
+        events_(&events) {}
 
   void on_data_available(dds::DataReader* reader) override {
     const std::lock_guard lock(mutex_);
@@ -118,47 +153,127 @@ class Reader::Listener final : public dds::DataReaderListener {
       if (reader->take_next_sample(message.get(), &sample) != ReturnCode_t::RETCODE_OK) {
         return;
       }
-      if (!sample.valid_data || events_ == nullptr) {
+      MessageInfo info;
+      info.writer = sample.sample_identity.writer_guid();
+      // what was written for others comes over a lane, too
+      if (!sample.valid_data || events_ == nullptr || lanes_.contains(info.writer) ||
+          participant_.is_near(info.writer)) {
         continue;
       }
-      MessageInfo info;
       info.identity = sample.sample_identity;
       info.related = sample.related_sample_identity;
-      info.writer = sample.sample_identity.writer_guid();
       info.sequence = sample.sample_identity.sequence_number().to64long();
+      if (info.related.writer_guid() == info.writer) {  // an output of nido on another machine
+        info.sequence = info.related.sequence_number().to64long();
+      }
       info.source_time_ns = sample.source_timestamp.to_ns();
       info.bytes = support_->getSerializedSizeProvider(message.get())();
+      info.by_dds = true;
       events_->on_message(std::move(message), info);
     }
   }
 
-  void on_subscription_matched(dds::DataReader* /*reader*/,
+  void on_subscription_matched(dds::DataReader* reader,
                                const dds::SubscriptionMatchedStatus& status) override {
     const std::lock_guard lock(mutex_);
+    if (events_ == nullptr) {
+      return;
+    }
+    const Guid writer = rtps::iHandle2GUID(status.last_publication_handle);
+    if (status.current_count_change > 0) {
+      if (!participant_.is_near(writer)) {
+        far_.insert(writer);
+        events_->on_matched(writer, true);
+      } else if (!lanes_.contains(writer)) {
+        lanes_[writer] = LaneReader::open(loop_, writer, reader->guid(), weak_from_this());
+      }
+    } else if (far_.erase(writer) > 0) {
+      events_->on_matched(writer, false);
+    }
+    // A lane ends when its output does, whatever DDS thinks of a process that is silent for a while.
+  }
+
+  void on_lane_start(const Guid& writer) override {
+    const std::lock_guard lock(mutex_);
     if (events_ != nullptr) {
-      events_->on_matched(rtps::iHandle2GUID(status.last_publication_handle),
-                          status.current_count_change > 0);
+      events_->on_matched(writer, true);
+    }
+  }
+  void on_lane_end(const Guid& writer) override {
+    const std::lock_guard lock(mutex_);
+    lanes_.erase(writer);
+    if (events_ != nullptr) {
+      events_->on_matched(writer, false);
+    }
+  }
+  void on_lane_frame(const Guid& writer, const FrameHeader& header,
+                     std::span<const std::uint8_t> payload) override {
+    const std::lock_guard lock(mutex_);
+    if (events_ == nullptr) {
+      return;
+    }
+    MessageInfo info;
+    info.writer = writer;
+    info.sequence = header.sequence;
+    info.source_time_ns = header.source_time_ns;
+    info.bytes = header.size;
+    info.identity.writer_guid(writer);
+    info.identity.sequence_number(sequence_number_of(header.sequence));
+    if (header.related_sequence > 0) {
+      info.related.writer_guid(unpack_guid(header.related));
+      info.related.sequence_number(sequence_number_of(header.related_sequence));
+    }
+    if (events_->on_payload(payload, info)) {
+      return;
+    }
+    std::shared_ptr<void> message = events_->spare_message();
+    if (!message) {
+      message = type_.make_message();
+    }
+    rtps::SerializedPayload_t serialized;
+    // DDS asks for a mutable address but only reads
+    serialized.data = const_cast<std::uint8_t*>(payload.data());
+    serialized.length = serialized.max_size = static_cast<std::uint32_t>(payload.size());
+    const bool is_whole = support_->deserialize(&serialized, message.get());
+    serialized.data = nullptr;
+    if (is_whole) {
+      events_->on_message(std::move(message), info);
     }
   }
 
   void close() {
-    const std::lock_guard lock(mutex_);
-    events_ = nullptr;
+    std::map<Guid, std::shared_ptr<LaneReader>> lanes;
+    {
+      const std::lock_guard lock(mutex_);
+      events_ = nullptr;
+      lanes.swap(lanes_);
+    }
+    for (const auto& entry : lanes) {
+      entry.second->close();
+    }
   }
 
  private:
+  Participant& participant_;  // which keeps this
+  const std::shared_ptr<LaneLoop> loop_;
   std::mutex mutex_;
   const MessageType type_;
   dds::TypeSupport support_;
   ReaderEvents* events_;
+  std::map<Guid, std::shared_ptr<LaneReader>> lanes_;  // by output
+  std::set<Guid> far_;                                 // outputs that DDS connects
 };
 
 Result<std::unique_ptr<Reader>> Reader::open(std::shared_ptr<Participant> participant,
                                              const std::string& topic, const MessageType& type,
                                              const Quality& quality, const std::string& port_name,
-                                             ReaderEvents& events) {
+                                             ReaderEvents& events, std::shared_ptr<LaneLoop> loop) {
   std::unique_ptr<Reader> self(new Reader());
   self->participant_ = std::move(participant);
+  const auto lanes = self->participant_->lanes();
+  if (!lanes) {
+    return no_lanes(port_name);
+  }
   self->topic_ = self->participant_->acquire_topic(topic, type);
   if (self->topic_ == nullptr) {
     return cannot_open(*self->participant_, port_name, topic, type);
@@ -168,7 +283,8 @@ Result<std::unique_ptr<Reader>> Reader::open(std::shared_ptr<Participant> partic
   qos.reliable_reader_qos().times.heartbeatResponseDelay = {0, 1'000'000};
   qos.user_data().setValue(
       pack_user_data({self->participant_->node_name(), port_name, quality.profile, type.dds_name}));
-  self->listener_ = std::make_shared<Listener>(type, events);
+  self->listener_ =
+      std::make_shared<Listener>(*self->participant_, loop ? loop : lanes->receiving(), type, events);
   self->participant_->keep(self->listener_);
   self->reader_ =
       self->participant_->subscriber()->create_datareader(self->topic_, qos, self->listener_.get());
@@ -195,19 +311,43 @@ Reader::~Reader() {
   }
 }
 
-class Writer::Listener final : public dds::DataWriterListener {
+// What a writer shares with the threads of DDS and of the lanes.
+class Writer::Listener final : public dds::DataWriterListener,
+                               public std::enable_shared_from_this<Writer::Listener> {
  public:
+  Listener(Participant& participant, std::shared_ptr<LaneLoop> loop, bool keeps, dds::TypeSupport support)
+      : participant_(participant), loop_(std::move(loop)), keeps_(keeps), support_(std::move(support)) {}
+
   void on_publication_matched(dds::DataWriter* /*writer*/,
                               const dds::PublicationMatchedStatus& status) override {
-    {
-      const std::lock_guard lock(mutex_);
-      const Guid reader = rtps::iHandle2GUID(status.last_subscription_handle);
-      if (status.current_count_change > 0) {
-        readers_.insert(reader);
-      } else {
-        readers_.erase(reader);
+    const Guid reader = rtps::iHandle2GUID(status.last_subscription_handle);
+    if (status.current_count_change > 0) {
+      // inputs that can be reached over a lane ask for it themselves
+      if (participant_.is_near(reader)) {
+        return;
       }
+      {
+        const std::lock_guard lock(mutex_);
+        far_.insert(reader);
+      }
+      has_far_.store(true);
+      if (keeps_) {
+        loop_->post([self = shared_from_this()] {
+          const std::lock_guard lock(self->dds_mutex_);
+          self->catch_up();
+        });
+      }
+    } else {
+      const std::lock_guard lock(mutex_);
+      if (far_.erase(reader) == 0) {
+        return;
+      }
+      has_far_.store(!far_.empty());
     }
+    notify();
+  }
+
+  void notify() {
     signal_->notify();
     std::vector<std::shared_ptr<ChangeSignal>> also;
     {
@@ -218,23 +358,116 @@ class Writer::Listener final : public dds::DataWriterListener {
       signal->notify();
     }
   }
-
   void notify_also(std::shared_ptr<ChangeSignal> also) {
     const std::lock_guard lock(mutex_);
     also_.push_back(std::move(also));
   }
 
+  [[nodiscard]] bool has_far() const { return has_far_.load(); }
   [[nodiscard]] std::set<Guid> readers() const {
+    const auto lane = this->lane();
+    std::set<Guid> all = lane ? lane->readers() : std::set<Guid>();
     const std::lock_guard lock(mutex_);
-    return readers_;
+    all.insert(far_.begin(), far_.end());
+    return all;
   }
   [[nodiscard]] const std::shared_ptr<ChangeSignal>& signal() const { return signal_; }
 
+  // Once, before others can know of the writer's existence or right after.
+  void set_ends(dds::DataWriter* writer, std::shared_ptr<LaneWriter> lane) {
+    const std::lock_guard dds_lock(dds_mutex_);
+    writer_ = writer;
+    const std::lock_guard lock(mutex_);
+    lane_ = std::move(lane);
+  }
+  void close() {
+    const std::lock_guard lock(dds_mutex_);
+    writer_ = nullptr;
+  }
+
+  // Sends by DDS what is the lanes' message `sequence`.
+  bool write_by_dds(const void* message, const SampleId* related, std::uint64_t sequence) {
+    const std::lock_guard lock(dds_mutex_);
+    catch_up();
+    return (keeps_ && told_ >= sequence) || tell(message, related, sequence);
+  }
+  // Nobody is there whom DDS serves: what it keeps grows old.
+  void forget_by_dds() {
+    const std::lock_guard lock(dds_mutex_);
+    if (keeps_ && told_ > forgotten_ && writer_ != nullptr) {
+      std::size_t removed = 0;
+      writer_->clear_history(&removed);
+      forgotten_ = told_;
+    }
+  }
+  [[nodiscard]] std::uint64_t written_by_dds() const { return written_by_dds_.load(); }
+
  private:
+  [[nodiscard]] std::shared_ptr<LaneWriter> lane() const {
+    const std::lock_guard lock(mutex_);
+    return lane_;
+  }
+  // with dds_mutex_: what is kept for late joiners is with DDS afterwards
+  void catch_up() {
+    const auto lane = this->lane();
+    if (!keeps_ || !lane || writer_ == nullptr || told_ >= lane->written()) {
+      return;
+    }
+    void* const message = support_->createData();
+    lane->each_kept([&](std::span<const std::uint8_t> payload, std::uint64_t sequence) {
+      if (sequence <= told_) {
+        return;
+      }
+      rtps::SerializedPayload_t serialized;
+      serialized.data = const_cast<std::uint8_t*>(payload.data());
+      serialized.length = serialized.max_size = static_cast<std::uint32_t>(payload.size());
+      if (support_->deserialize(&serialized, message)) {
+        tell(message, nullptr, sequence);
+      }
+      serialized.data = nullptr;
+    });
+    support_->deleteData(message);
+  }
+  bool tell(const void* message, const SampleId* related, std::uint64_t sequence) {
+    if (writer_ == nullptr) {
+      return false;
+    }
+    rtps::WriteParams params;
+    if (related != nullptr) {
+      params.related_sample_identity(*related);
+    } else {
+      // for inputs of nido on other machines: the number that this message has everywhere
+      SampleId own;
+      own.writer_guid(writer_->guid());
+      own.sequence_number(sequence_number_of(sequence));
+      params.related_sample_identity(own);
+    }
+    // DDS asks for a mutable address but only reads
+    if (!writer_->write(const_cast<void*>(message), params)) {
+      return false;
+    }
+    told_ = std::max(told_, sequence);
+    written_by_dds_.store(params.sample_identity().sequence_number().to64long());
+    return true;
+  }
+
+  Participant& participant_;  // which keeps this
+  const std::shared_ptr<LaneLoop> loop_;
+  const bool keeps_;
+  const dds::TypeSupport support_;
+  std::atomic<bool> has_far_{false};
+  std::atomic<std::uint64_t> written_by_dds_{0};
+
   mutable std::mutex mutex_;
-  std::set<Guid> readers_;
+  std::shared_ptr<LaneWriter> lane_;
+  std::set<Guid> far_;  // readers that DDS serves
   const std::shared_ptr<ChangeSignal> signal_ = std::make_shared<ChangeSignal>();
   std::vector<std::shared_ptr<ChangeSignal>> also_;
+
+  std::mutex dds_mutex_;
+  dds::DataWriter* writer_ = nullptr;
+  std::uint64_t told_ = 0;       // number of the last message that DDS has got
+  std::uint64_t forgotten_ = 0;  // and of the last one that it need not keep any more
 };
 
 Result<std::unique_ptr<Writer>> Writer::open(std::shared_ptr<Participant> participant,
@@ -242,6 +475,10 @@ Result<std::unique_ptr<Writer>> Writer::open(std::shared_ptr<Participant> partic
                                              const Quality& quality, const std::string& port_name) {
   std::unique_ptr<Writer> self(new Writer());
   self->participant_ = std::move(participant);
+  const auto lanes = self->participant_->lanes();
+  if (!lanes) {
+    return no_lanes(port_name);
+  }
   self->topic_ = self->participant_->acquire_topic(topic, type);
   if (self->topic_ == nullptr) {
     return cannot_open(*self->participant_, port_name, topic, type);
@@ -257,7 +494,9 @@ Result<std::unique_ptr<Writer>> Writer::open(std::shared_ptr<Participant> partic
   qos.reliable_writer_qos().times.nackResponseDelay = {0, 1'000'000};
   qos.user_data().setValue(
       pack_user_data({self->participant_->node_name(), port_name, quality.profile, type.dds_name}));
-  self->listener_ = std::make_shared<Listener>();
+  const dds::TypeSupport support(type.make_support());
+  self->listener_ =
+      std::make_shared<Listener>(*self->participant_, lanes->sending(), quality.transient_local, support);
   self->participant_->keep(self->listener_);
   self->writer_ =
       self->participant_->publisher()->create_datawriter(self->topic_, qos, self->listener_.get());
@@ -265,12 +504,29 @@ Result<std::unique_ptr<Writer>> Writer::open(std::shared_ptr<Participant> partic
     return cannot_open(*self->participant_, port_name, topic, type);
   }
   self->guid_ = self->writer_->guid();
+  LaneWriter::Settings settings;
+  settings.reliable = quality.reliable;
+  settings.keep_all = quality.keep_all;
+  settings.transient_local = quality.transient_local;
+  settings.depth = static_cast<std::size_t>(quality.depth);
+  self->support_ = support;
+  self->lane_ = std::make_shared<LaneWriter>(lanes->sending(), self->guid_, settings, support,
+                                             [listener = self->listener_] { listener->notify(); });
+  self->listener_->set_ends(self->writer_, self->lane_);
+  lanes->enter(self->lane_);
   self->participant_->add_endpoint(self->guid_,
                                    own_info(*self->participant_, topic, type, quality, port_name, true));
   return self;
 }
 
 Writer::~Writer() {
+  if (lane_) {
+    participant_->lanes()->leave(guid_);
+    lane_->close();
+  }
+  if (listener_) {
+    listener_->close();
+  }
   if (writer_ != nullptr) {
     writer_->set_listener(nullptr);
     participant_->publisher()->delete_datawriter(writer_);
@@ -281,25 +537,50 @@ Writer::~Writer() {
   }
 }
 
-bool Writer::write(const void* message, const SampleId* related, SampleId* identity) {
-  rtps::WriteParams params;
+bool Writer::write(const void* message, const SampleId* related) {
+  LaneWriter::Related answer;
   if (related != nullptr) {
-    params.related_sample_identity(*related);
+    answer.reader = related->writer_guid();
+    answer.sequence = static_cast<std::uint64_t>(related->sequence_number().to64long());
   }
-  // DDS asks for a mutable address but only reads
-  if (!writer_->write(const_cast<void*>(message), params)) {
+  if (!lane_->write(message, related != nullptr ? &answer : nullptr)) {
     return false;
   }
-  written_.store(params.sample_identity().sequence_number().to64long(), std::memory_order_release);
-  if (identity != nullptr) {
-    *identity = params.sample_identity();
+  if (listener_->has_far()) {
+    return listener_->write_by_dds(message, related, lane_->written());
   }
+  listener_->forget_by_dds();
   return true;
 }
 
+std::uint8_t* Writer::loan(std::size_t bytes) { return lane_->loan(bytes); }
+
+bool Writer::write_loan(std::size_t bytes) {
+  if (!listener_->has_far()) {
+    listener_->forget_by_dds();
+    return lane_->write_loan(bytes);
+  }
+  // others get it the usual way
+  void* const message = support_->createData();
+  const auto payload = lane_->loaned();
+  rtps::SerializedPayload_t serialized;
+  serialized.data = const_cast<std::uint8_t*>(payload.data());
+  serialized.length = serialized.max_size = static_cast<std::uint32_t>(std::min(bytes, payload.size()));
+  const bool is_whole = support_->deserialize(&serialized, message);
+  serialized.data = nullptr;
+  const bool is_written =
+      is_whole && lane_->write_loan(bytes) && listener_->write_by_dds(message, nullptr, lane_->written());
+  support_->deleteData(message);
+  return is_written;
+}
+
+std::uint64_t Writer::written() const { return lane_->written(); }
+std::uint64_t Writer::written_by_dds() const { return listener_->written_by_dds(); }
+
 bool Writer::wait_until_received(double timeout_s) {
-  return writer_->wait_for_acknowledgments(eprosima::fastrtps::Duration_t(timeout_s)) ==
-         ReturnCode_t::RETCODE_OK;
+  return lane_->wait_until_received(timeout_s) &&
+         (!listener_->has_far() || writer_->wait_for_acknowledgments(eprosima::fastrtps::Duration_t(
+                                       timeout_s)) == ReturnCode_t::RETCODE_OK);
 }
 
 std::set<Guid> Writer::readers() const { return listener_->readers(); }

@@ -5,7 +5,9 @@
 #include <fastdds/dds/publisher/DataWriter.hpp>
 #include <fastdds/dds/subscriber/DataReader.hpp>
 #include <memory>
+#include <mutex>
 #include <set>
+#include <span>
 #include <string>
 
 #include "nido/middleware/port.h"
@@ -35,6 +37,7 @@ struct MessageInfo {
   std::uint32_t bytes = 0;
   SampleId identity;
   SampleId related;
+  bool by_dds = false;  // else over a lane
 };
 
 // Called on middleware threads, one call at a time for one reader. May not call DDS.
@@ -43,15 +46,27 @@ class ReaderEvents {
   virtual ~ReaderEvents() = default;
   virtual void on_message(std::shared_ptr<void> message, const MessageInfo& info) = 0;
   virtual void on_matched(const Guid& /*writer*/, bool /*matched*/) {}
+  // A message that is not needed any more, to be filled again; null: a new one is made.
+  virtual std::shared_ptr<void> spare_message() { return nullptr; }
+  // True if it was content with the message as it travelled, so that none need be made of it. The payload is
+  // valid during the call.
+  virtual bool on_payload(std::span<const std::uint8_t> /*payload*/, const MessageInfo& /*info*/) {
+    return false;
+  }
 };
 
-// A DDS reader. After its destruction no call reaches `events` any more.
+class LaneLoop;
+class LaneWriter;
+
+// The end where messages arrive: over lanes from outputs of nido on this machine, else by DDS. After its
+// destruction no call reaches `events` any more.
 class Reader {
  public:
+  // `loop`: of the calls to `events` for what comes over lanes; the participant's otherwise.
   static Result<std::unique_ptr<Reader>> open(std::shared_ptr<Participant> participant,
                                               const std::string& topic, const MessageType& type,
                                               const Quality& quality, const std::string& port_name,
-                                              ReaderEvents& events);
+                                              ReaderEvents& events, std::shared_ptr<LaneLoop> loop = nullptr);
   ~Reader();
   Reader(const Reader&) = delete;
   Reader& operator=(const Reader&) = delete;
@@ -67,7 +82,8 @@ class Reader {
   Guid guid_;
 };
 
-// A DDS writer. Thread-safe but for write(), which one thread calls at a time.
+// The end where messages are written: over lanes to inputs of nido on this machine, by DDS to all others.
+// Thread-safe but for write(), which one thread calls at a time.
 class Writer {
  public:
   static Result<std::unique_ptr<Writer>> open(std::shared_ptr<Participant> participant,
@@ -78,12 +94,17 @@ class Writer {
   Writer& operator=(const Writer&) = delete;
 
   // False when the message could not be kept for every reader. `related`: the request that a reply belongs
-  // to. The identity that the message got is stored in *identity.
-  bool write(const void* message, const SampleId* related = nullptr, SampleId* identity = nullptr);
+  // to.
+  bool write(const void* message, const SampleId* related = nullptr);
+  // A place in shared memory for a serialized message of up to `bytes`, or null, and its sending.
+  std::uint8_t* loan(std::size_t bytes);
+  bool write_loan(std::size_t bytes);
   // Waits until every reader has what was written; false after timeout_s.
   bool wait_until_received(double timeout_s);
   // Sequence number of the last written message, 0 before the first.
-  [[nodiscard]] std::uint64_t written() const { return written_.load(std::memory_order_acquire); }
+  [[nodiscard]] std::uint64_t written() const;
+  // The same as other programs see it, which get only what was written while one of them was there.
+  [[nodiscard]] std::uint64_t written_by_dds() const;
 
   [[nodiscard]] std::set<Guid> readers() const;
   [[nodiscard]] std::size_t reader_count() const;
@@ -100,7 +121,8 @@ class Writer {
   dds::Topic* topic_ = nullptr;
   dds::DataWriter* writer_ = nullptr;
   Guid guid_;
-  std::atomic<std::uint64_t> written_{0};
+  dds::TypeSupport support_;
+  std::shared_ptr<LaneWriter> lane_;
 };
 
 }  // namespace nido

@@ -31,7 +31,10 @@ struct EndpointInfo {
   std::string profile;   // of nido's endpoints: "sensor", ...
   bool reliable = false;
   bool transient_local = false;
+  std::string lane_place;  // of nido's endpoints: where lanes reach them
 };
+
+class LaneServer;
 
 // A process's membership in a DDS domain: this machine only, discovery over UDP on loopback (which finds
 // restarted processes at once), user traffic over Unix sockets. Thread-safe.
@@ -62,6 +65,12 @@ class Participant {
   // Told at every change of the endpoints.
   void watch(const std::shared_ptr<ChangeSignal>& signal);
 
+  // The direct way to ports of this machine (lane_wire.h); made at the first call, which is before others can
+  // know of any endpoint. Null when there are no sockets.
+  std::shared_ptr<LaneServer> lanes();
+  // True if a lane can lead to this endpoint: it is nido's, on this machine.
+  [[nodiscard]] bool is_near(const Guid& endpoint) const;
+
   // Listeners that DDS may still be calling: kept until the participant is gone.
   void keep(std::shared_ptr<void> listener);
 
@@ -89,6 +98,9 @@ class Participant {
   std::map<Guid, EndpointInfo> endpoints_;
   std::vector<std::weak_ptr<ChangeSignal>> watchers_;
   std::vector<std::shared_ptr<void>> kept_;
+
+  std::mutex lanes_mutex_;
+  std::shared_ptr<LaneServer> lanes_;
 };
 
 }  // namespace nido

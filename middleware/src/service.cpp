@@ -40,9 +40,10 @@ Result<std::unique_ptr<TextService>> TextService::open(
     return replies.error();
   }
   self->replies_ = std::move(replies).value();
-  self->thread_ = std::thread([raw = self.get()] { raw->answer_requests(); });
-  auto reader = Reader::open(self->participant_, request_topic_of(name),
-                             message_type_of<msgs::Text_Request>(), service_quality(), name, *self);
+  self->loop_ = std::make_shared<LaneLoop>();
+  auto reader =
+      Reader::open(self->participant_, request_topic_of(name), message_type_of<msgs::Text_Request>(),
+                   service_quality(), name, *self, self->loop_);
   if (!reader) {
     return reader.error();
   }
@@ -61,12 +62,11 @@ TextService::~TextService() {
     const std::lock_guard lock(mutex_);
     closing_ = true;
   }
-  changed_.notify_all();
   if (replies_) {
     replies_->readers_signal()->notify();
   }
-  if (thread_.joinable()) {
-    thread_.join();
+  if (loop_) {
+    loop_->stop();
   }
 }
 
@@ -85,16 +85,16 @@ void TextService::on_message(std::shared_ptr<void> message, const MessageInfo& i
     }
     requests_.push_back(std::move(request));
   }
-  changed_.notify_all();
+  // outside of this call, which nothing that a handler does may hold up
+  loop_->post([this] { answer_requests(); });
 }
 
 void TextService::answer_requests() {
   for (;;) {
     Request request;
     {
-      std::unique_lock lock(mutex_);
-      changed_.wait(lock, [&] { return closing_ || !requests_.empty(); });
-      if (closing_) {
+      const std::lock_guard lock(mutex_);
+      if (closing_ || requests_.empty()) {
         return;
       }
       request = std::move(requests_.front());
@@ -203,11 +203,13 @@ Result<std::string> TextClient::call(const std::string& text, double timeout_s,
       // the answer may be here before write() returns
       const std::lock_guard lock(mutex_);
       sequence = requests_->written() + 1;
-      awaited_.insert(sequence);
+      awaited_[{false, sequence}] = sequence;
+      // a server of another program answers to the number that it has seen
+      awaited_[{true, requests_->written_by_dds() + 1}] = sequence;
     }
     if (!requests_->write(&request, &related)) {
       const std::lock_guard lock(mutex_);
-      awaited_.erase(sequence);
+      forget(sequence);
       return Error{ErrorCode::kFailed, "the request to " + name_ + " could not be sent"};
     }
   }
@@ -220,7 +222,7 @@ Result<std::string> TextClient::call(const std::string& text, double timeout_s,
     return answer.has_value();
   });
   const std::lock_guard lock(mutex_);
-  awaited_.erase(sequence);
+  forget(sequence);
   answers_.erase(sequence);
   if (!answer) {
     return interrupted() ? stopped
@@ -230,15 +232,20 @@ Result<std::string> TextClient::call(const std::string& text, double timeout_s,
   return *std::move(answer);
 }
 
+void TextClient::forget(std::uint64_t sequence) {
+  std::erase_if(awaited_, [&](const auto& entry) { return entry.second == sequence; });
+}
+
 void TextClient::on_message(std::shared_ptr<void> message, const MessageInfo& info) {
   {
     const std::lock_guard lock(mutex_);
     const Guid addressee = info.related.writer_guid();
     const std::uint64_t sequence = info.related.sequence_number().to64long();
-    if ((addressee != reply_reader_ && addressee != requests_->guid()) || !awaited_.contains(sequence)) {
+    const auto call = awaited_.find({info.by_dds, sequence});
+    if ((addressee != reply_reader_ && addressee != requests_->guid()) || call == awaited_.end()) {
       return;  // another client's, or too late
     }
-    answers_[sequence] = std::move(static_cast<msgs::Text_Response*>(message.get())->text());
+    answers_[call->second] = std::move(static_cast<msgs::Text_Response*>(message.get())->text());
   }
   changed_->notify();
 }

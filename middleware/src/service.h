@@ -1,16 +1,15 @@
 #pragma once
 
 #include <atomic>
-#include <condition_variable>
 #include <deque>
 #include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
 #include <string>
-#include <thread>
 
 #include "endpoints.h"
+#include "lane_loop.h"
 #include "name_lock.h"
 #include "nido/middleware/node.h"
 #include "port_book.h"
@@ -45,12 +44,11 @@ class TextService final : public Node::Service, public PortRecord, private Reade
   std::unique_ptr<NameLock> lock_;
   std::unique_ptr<Writer> replies_;
   std::mutex mutex_;
-  std::condition_variable changed_;
   std::deque<Request> requests_;
   bool closing_ = false;
   std::atomic<std::uint64_t> answered_{0};
+  std::shared_ptr<LaneLoop> loop_;  // a thread of its own
   std::unique_ptr<Reader> reader_;
-  std::thread thread_;
 };
 
 // The asking side of one service. Thread-safe.
@@ -67,6 +65,7 @@ class TextClient final : private ReaderEvents {
   explicit TextClient(std::string name) : name_(std::move(name)) {}
   void on_message(std::shared_ptr<void> message, const MessageInfo& info) override;
   void on_matched(const Guid& writer, bool matched) override;
+  void forget(std::uint64_t sequence);
   // a server whose both ends know ours
   [[nodiscard]] bool is_connected() const;
 
@@ -78,7 +77,8 @@ class TextClient final : private ReaderEvents {
   std::shared_ptr<ChangeSignal> changed_;
   std::set<Guid> servers_;
   std::map<std::uint64_t, std::string> answers_;  // by sequence number of the request
-  std::set<std::uint64_t> awaited_;
+  // sequence number of the request, by the number that the answer refers to: (by DDS, that of the request)
+  std::map<std::pair<bool, std::uint64_t>, std::uint64_t> awaited_;
   std::unique_ptr<Reader> reader_;
   Guid reply_reader_;
 };

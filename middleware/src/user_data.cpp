@@ -4,6 +4,8 @@
 #include <iterator>
 #include <map>
 
+#include "lane_writer.h"
+
 namespace nido {
 
 namespace {
@@ -37,7 +39,8 @@ std::string type_hash_of(const std::string& dds_type) {
 }
 
 std::vector<unsigned char> pack_user_data(const EndpointUserData& data) {
-  std::string text = "nido=1;node=" + data.node + ";port=" + data.port + ";profile=" + data.profile + ";";
+  std::string text = "nido=1;node=" + data.node + ";port=" + data.port + ";profile=" + data.profile + ";lane=" +
+                     lane_place() + ";";
   if (const std::string hash = type_hash_of(data.dds_type); !hash.empty()) {
     text += "typehash=" + hash + ";";
   }
@@ -50,6 +53,7 @@ void unpack_user_data(const std::vector<unsigned char>& data, EndpointInfo& info
     info.node = pairs["node"];
     info.port = pairs["port"];
     info.profile = pairs["profile"];
+    info.lane_place = pairs["lane"];
   }
 }
 

@@ -8,8 +8,8 @@
 namespace nido {
 
 // What an endpoint tells about itself in its DDS user data: "key=value;" pairs, as ROS 2 writes them.
-//   nido=1;node=vision;port=/vision/objects:o;profile=event;typehash=RIHS01_...;
-// The type hash (REP 2016) is there for message types; a ROS 2 program of Iron or later compares it with its
+//   nido=1;node=vision;port=/vision/objects:o;profile=event;lane=PLACE;typehash=RIHS01_...;
+// PLACE is where lanes reach it (lane_wire.h). The type hash (REP 2016) is there for message types; a ROS 2 program of Iron or later compares it with its
 // own.
 struct EndpointUserData {
   std::string node;

@@ -1,0 +1,177 @@
+#include "lane_reader.h"
+
+#include <fcntl.h>
+#include <sys/epoll.h>
+#include <sys/mman.h>
+
+#include <cerrno>
+
+namespace nido {
+
+namespace {
+
+// the other process has more newcomers than it has got to know yet
+constexpr auto kRetry = std::chrono::milliseconds(10);
+// then the other sockets have their turn
+constexpr int kMostAtOnce = 16;
+
+}  // namespace
+
+LaneReader::LaneReader(std::shared_ptr<LaneLoop> loop, const Guid& writer, const Guid& reader,
+                       std::weak_ptr<LaneSink> sink)
+    : loop_(std::move(loop)),
+      writer_(writer),
+      reader_(reader),
+      sink_(std::move(sink)),
+      buffer_(sizeof(FrameHeader) + kMostInline_bytes) {}
+
+std::shared_ptr<LaneReader> LaneReader::open(std::shared_ptr<LaneLoop> loop, const Guid& writer,
+                                             const Guid& reader, std::weak_ptr<LaneSink> sink) {
+  std::shared_ptr<LaneReader> self(new LaneReader(std::move(loop), writer, reader, std::move(sink)));
+  self->connect();
+  return self;
+}
+
+LaneReader::~LaneReader() {
+  for (const auto& [id, slot] : slots_) {
+    munmap(const_cast<std::uint8_t*>(slot.memory), slot.bytes);
+  }
+}
+
+void LaneReader::connect() {
+  const std::lock_guard lock(mutex_);
+  if (!is_open_) {
+    return;
+  }
+  const LaneAddress address(writer_.guidPrefix);
+  Fd fd(socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+  if (!fd.is_open() || ::connect(fd.get(), address.get(), address.length) != 0) {
+    if (errno == EAGAIN) {
+      loop_->post([self = shared_from_this()] { self->connect(); }, kRetry);
+    }
+    return;
+  }
+  FrameHeader hello;
+  hello.kind = FrameKind::kHello;
+  hello.writer = pack(writer_);
+  hello.reader = pack(reader_);
+  if (send(fd.get(), &hello, sizeof hello, MSG_NOSIGNAL | MSG_DONTWAIT) < 0) {
+    return;
+  }
+  fd_ = std::move(fd);
+  id_ = loop_->add(fd_.get(), shared_from_this(), EPOLLIN);
+}
+
+void LaneReader::close() {
+  const std::lock_guard lock(mutex_);
+  is_open_ = false;
+  if (fd_.is_open()) {
+    loop_->remove(id_, fd_.get());
+    // the number stays taken until the loop is surely done with it
+    shutdown(fd_.get(), SHUT_RDWR);
+  }
+}
+
+void LaneReader::end() {
+  close();
+  if (is_started_) {
+    is_started_ = false;
+    if (const auto sink = sink_.lock()) {
+      sink->on_lane_end(writer_);
+    }
+  }
+}
+
+void LaneReader::on_ready(std::uint32_t /*epoll_events*/) {
+  const auto sink = sink_.lock();
+  if (!sink) {
+    close();
+    return;
+  }
+  for (int i = 0; i < kMostAtOnce; ++i) {
+    if (!receive_one(*sink)) {
+      return;
+    }
+  }
+}
+
+void LaneReader::answer(FrameKind kind, std::uint32_t slot, std::uint64_t sequence) {
+  FrameHeader header;
+  header.kind = kind;
+  header.slot = slot;
+  header.sequence = sequence;
+  answers_.push_back(header);
+  while (!answers_.empty() &&
+         send(fd_.get(), &answers_.front(), sizeof header, MSG_NOSIGNAL | MSG_DONTWAIT) >= 0) {
+    answers_.erase(answers_.begin());
+  }
+}
+
+bool LaneReader::map_slot(const FrameHeader& header, const Fd& file) {
+  if (!file.is_open()) {
+    return slots_.contains(header.slot);
+  }
+  void* memory = mmap(nullptr, header.slot_bytes, PROT_READ, MAP_SHARED | MAP_POPULATE, file.get(), 0);
+  if (memory == MAP_FAILED) {
+    return false;
+  }
+  Slot& slot = slots_[header.slot];
+  slot = {static_cast<const std::uint8_t*>(memory), header.slot_bytes};
+  return true;
+}
+
+bool LaneReader::receive_one(LaneSink& sink) {
+  iovec part{buffer_.data(), buffer_.size()};
+  alignas(cmsghdr) std::array<char, CMSG_SPACE(sizeof(int))> control{};
+  msghdr message{};
+  message.msg_iov = &part;
+  message.msg_iovlen = 1;
+  message.msg_control = control.data();
+  message.msg_controllen = control.size();
+  const ssize_t size = recvmsg(fd_.get(), &message, MSG_DONTWAIT | MSG_CMSG_CLOEXEC);
+  if (size < 0 && (errno == EAGAIN || errno == EINTR)) {
+    return false;
+  }
+  Fd file;
+  if (const cmsghdr* const head = CMSG_FIRSTHDR(&message);
+      head != nullptr && head->cmsg_level == SOL_SOCKET && head->cmsg_type == SCM_RIGHTS) {
+    int fd = -1;
+    std::memcpy(&fd, CMSG_DATA(head), sizeof fd);
+    file = Fd(fd);
+  }
+  FrameHeader header;
+  if (size < static_cast<ssize_t>(sizeof header)) {
+    end();
+    return false;
+  }
+  std::memcpy(&header, buffer_.data(), sizeof header);
+  const std::span<const std::uint8_t> inline_payload(buffer_.data() + sizeof header,
+                                                     static_cast<std::size_t>(size) - sizeof header);
+  switch (header.kind) {
+    case FrameKind::kStart:
+      is_started_ = true;
+      sink.on_lane_start(writer_);
+      return true;
+    case FrameKind::kMessage:
+      if (header.size <= inline_payload.size()) {
+        sink.on_lane_frame(writer_, header, inline_payload.first(header.size));
+      }
+      return true;
+    case FrameKind::kShared:
+      if (map_slot(header, file) && header.size <= slots_[header.slot].bytes) {
+        sink.on_lane_frame(writer_, header, {slots_[header.slot].memory, header.size});
+      }
+      answer(FrameKind::kRelease, header.slot, 0);
+      return true;
+    case FrameKind::kSync:
+      answer(FrameKind::kSync, 0, header.sequence);
+      return true;
+    case FrameKind::kHello:
+    case FrameKind::kRelease:
+      break;
+  }
+  end();
+  return false;
+}
+
+}  // namespace nido

@@ -1,0 +1,72 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <span>
+#include <vector>
+
+#include "lane_loop.h"
+
+namespace nido {
+
+// What an input does with what comes over its lanes. Called on the lanes' loop.
+class LaneSink {
+ public:
+  virtual ~LaneSink() = default;
+  // The output knows this input from here on.
+  virtual void on_lane_start(const Guid& writer) = 0;
+  // The output, or its process, is gone.
+  virtual void on_lane_end(const Guid& writer) = 0;
+  // The payload is valid during the call.
+  virtual void on_lane_frame(const Guid& writer, const FrameHeader& header,
+                             std::span<const std::uint8_t> payload) = 0;
+};
+
+// The input's end of one lane. Thread-safe.
+class LaneReader final : public LaneLoop::Served, public std::enable_shared_from_this<LaneReader> {
+ public:
+  // Connects now or soon; an output that has gone by then is as if it had never been.
+  static std::shared_ptr<LaneReader> open(std::shared_ptr<LaneLoop> loop, const Guid& writer,
+                                          const Guid& reader, std::weak_ptr<LaneSink> sink);
+  ~LaneReader() override;
+  LaneReader(const LaneReader&) = delete;
+  LaneReader& operator=(const LaneReader&) = delete;
+  // A call that is going on may still end after this.
+  void close();
+
+  void on_ready(std::uint32_t epoll_events) override;
+
+ private:
+  struct Slot {
+    const std::uint8_t* memory = nullptr;
+    std::size_t bytes = 0;
+  };
+  LaneReader(std::shared_ptr<LaneLoop> loop, const Guid& writer, const Guid& reader,
+             std::weak_ptr<LaneSink> sink);
+  void connect();
+  // False when the lane has ended.
+  bool receive_one(LaneSink& sink);
+  bool map_slot(const FrameHeader& header, const Fd& file);
+  void answer(FrameKind kind, std::uint32_t slot, std::uint64_t sequence);
+  void end();
+
+  const std::shared_ptr<LaneLoop> loop_;
+  const Guid writer_;
+  const Guid reader_;
+  const std::weak_ptr<LaneSink> sink_;
+
+  std::mutex mutex_;  // of what follows
+  Fd fd_;
+  std::uint64_t id_ = 0;
+  bool is_open_ = true;
+
+  // of the loop's thread alone
+  bool is_started_ = false;
+  std::vector<std::uint8_t> buffer_;
+  std::map<std::uint32_t, Slot> slots_;
+  std::vector<FrameHeader> answers_;  // that there was no room for
+};
+
+}  // namespace nido

@@ -1,0 +1,168 @@
+// Who listens for lanes, and brings each to its output.
+#include <sys/epoll.h>
+
+#include <array>
+#include <cerrno>
+#include <fstream>
+
+#include "lane_writer.h"
+
+namespace nido {
+
+// The listening socket, and those that have connected but whose output is not known yet.
+class LaneServer::Listener final : public LaneLoop::Served, public std::enable_shared_from_this<Listener> {
+ public:
+  Listener(std::shared_ptr<LaneLoop> loop, Fd fd) : loop_(std::move(loop)), fd_(std::move(fd)) {}
+  void start() { id_ = loop_->add(fd_.get(), shared_from_this(), EPOLLIN); }
+  void stop();
+  void on_ready(std::uint32_t /*epoll_events*/) override;
+  void introduce(const std::shared_ptr<Guest>& guest, const FrameHeader& hello);
+  void forget(const std::shared_ptr<Guest>& guest);
+  void enter(const std::shared_ptr<LaneWriter>& writer);
+  void leave(const Guid& writer);
+
+ private:
+  struct Waiting {
+    Fd fd;
+    Guid reader;
+  };
+  const std::shared_ptr<LaneLoop> loop_;
+  const Fd fd_;
+  std::uint64_t id_ = 0;
+  std::mutex mutex_;
+  std::map<Guid, std::weak_ptr<LaneWriter>> writers_;
+  std::multimap<Guid, Waiting> waiting_;  // for an output that is being made
+  std::vector<std::shared_ptr<Guest>> guests_;
+};
+
+// Somebody who has connected and not said hello yet.
+class LaneServer::Guest final : public LaneLoop::Served, public std::enable_shared_from_this<Guest> {
+ public:
+  Guest(std::weak_ptr<Listener> host, std::shared_ptr<LaneLoop> loop, Fd socket)
+      : fd(std::move(socket)), host_(std::move(host)), loop_(std::move(loop)) {}
+  void start() { id_ = loop_->add(fd.get(), shared_from_this(), EPOLLIN); }
+  void on_ready(std::uint32_t /*epoll_events*/) override {
+    FrameHeader hello;
+    const ssize_t size = recv(fd.get(), &hello, sizeof hello, MSG_DONTWAIT);
+    if (size < 0 && (errno == EAGAIN || errno == EINTR)) {
+      return;
+    }
+    loop_->remove(id_, fd.get());
+    const auto host = host_.lock();
+    if (!host) {
+      return;
+    }
+    if (size == static_cast<ssize_t>(sizeof hello) && hello.kind == FrameKind::kHello) {
+      host->introduce(shared_from_this(), hello);
+    }
+    host->forget(shared_from_this());
+  }
+  Fd fd;
+
+ private:
+  const std::weak_ptr<Listener> host_;
+  const std::shared_ptr<LaneLoop> loop_;
+  std::uint64_t id_ = 0;
+};
+
+void LaneServer::Listener::stop() { loop_->remove(id_, fd_.get()); }
+
+void LaneServer::Listener::on_ready(std::uint32_t /*epoll_events*/) {
+  for (;;) {
+    Fd fd(accept4(fd_.get(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
+    if (!fd.is_open()) {
+      return;
+    }
+    auto guest = std::make_shared<Guest>(weak_from_this(), loop_, std::move(fd));
+    {
+      const std::lock_guard lock(mutex_);
+      guests_.push_back(guest);
+    }
+    guest->start();
+  }
+}
+
+void LaneServer::Listener::forget(const std::shared_ptr<Guest>& guest) {
+  const std::lock_guard lock(mutex_);
+  std::erase(guests_, guest);
+}
+
+void LaneServer::Listener::introduce(const std::shared_ptr<Guest>& guest, const FrameHeader& hello) {
+  const Guid writer = unpack_guid(hello.writer);
+  const Guid reader = unpack_guid(hello.reader);
+  std::shared_ptr<LaneWriter> host;
+  {
+    const std::lock_guard lock(mutex_);
+    const auto found = writers_.find(writer);
+    if (found == writers_.end()) {
+      waiting_.emplace(writer, Waiting{std::move(guest->fd), reader});
+      return;
+    }
+    host = found->second.lock();
+  }
+  if (host) {
+    host->adopt(std::move(guest->fd), reader);
+  }
+}
+
+void LaneServer::Listener::enter(const std::shared_ptr<LaneWriter>& writer) {
+  std::vector<Waiting> found;
+  {
+    const std::lock_guard lock(mutex_);
+    writers_[writer->guid()] = writer;
+    const auto [begin, end] = waiting_.equal_range(writer->guid());
+    for (auto it = begin; it != end; ++it) {
+      found.push_back(std::move(it->second));
+    }
+    waiting_.erase(begin, end);
+  }
+  for (Waiting& waiting : found) {
+    writer->adopt(std::move(waiting.fd), waiting.reader);
+  }
+}
+
+void LaneServer::Listener::leave(const Guid& writer) {
+  const std::lock_guard lock(mutex_);
+  // known for good, so that a late input does not wait: numbers are not given twice
+  writers_[writer] = {};
+}
+
+std::unique_ptr<LaneServer> LaneServer::open(const eprosima::fastrtps::rtps::GuidPrefix_t& prefix) {
+  const LaneAddress address(prefix);
+  Fd fd(socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+  if (!fd.is_open() || bind(fd.get(), address.get(), address.length) != 0 || listen(fd.get(), 4096) != 0) {
+    return nullptr;
+  }
+  std::unique_ptr<LaneServer> self(new LaneServer());
+  self->listener_ = std::make_shared<Listener>(self->sending_, std::move(fd));
+  self->listener_->start();
+  return self;
+}
+
+LaneServer::~LaneServer() {
+  if (listener_) {
+    listener_->stop();
+  }
+  sending_->stop();
+  receiving_->stop();
+}
+
+void LaneServer::enter(const std::shared_ptr<LaneWriter>& writer) { listener_->enter(writer); }
+void LaneServer::leave(const Guid& writer) { listener_->leave(writer); }
+
+const std::string& lane_place() {
+  static const std::string place = [] {
+    std::string boot;
+    std::ifstream("/proc/sys/kernel/random/boot_id") >> boot;
+    std::array<char, 64> space{};
+    // what is not there is alike for all, and sockets of another place cannot be reached
+    [[maybe_unused]] const ssize_t size = readlink("/proc/self/ns/net", space.data(), space.size() - 1);
+    const std::string net(space.data());
+    const auto begin = net.find('[');
+    return boot.substr(0, 8) + "-" +
+           (begin == std::string::npos ? "" : net.substr(begin + 1, net.find(']') - begin - 1));
+  }();
+  return place;
+}
+
+}  // namespace nido
