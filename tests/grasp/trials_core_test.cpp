@@ -23,6 +23,7 @@ struct Robot {
 
   std::vector<TrialResult> results;
   std::vector<std::string> put;
+  std::vector<TrialOutputs::Pull> pulls;
   std::vector<std::string> asked;
 
   void run(TrialsCore& core) {
@@ -44,6 +45,7 @@ struct Robot {
       if (out.reach) inputs.reach = answer(*out.reach);
       if (out.grasp) inputs.grasp = answer(*out.grasp);
       if (out.put) put.push_back(out.put->object);
+      if (out.pull) pulls.push_back(*out.pull);
       if (out.result) results.push_back(*out.result);
       if (out.finished) return;
     }
@@ -103,6 +105,46 @@ TEST(TrialsCore, ObjectsTakeTurnsAndAreTakenAwayBeforeTheHandComes) {
   EXPECT_EQ(robot.results[2].object, "blue cube");
   // each is put under the hand once and aside once, and the first is aside at the start
   EXPECT_EQ(robot.put.size(), 9U);
+}
+
+TEST(TrialsCore, ThePullGrowsUntilTheTestEndsAndComesFromAllSides) {
+  TrialOptions o = options(1);
+  o.pull_N = 30;
+  TrialsCore core(o, {kRest_m}, 1);
+  Robot robot;
+  robot.run(core);
+  ASSERT_FALSE(robot.pulls.empty());
+  double pulled_s = 0;
+  double last_N = 0;
+  Eigen::Vector3d least = Eigen::Vector3d::Zero();
+  Eigen::Vector3d most = Eigen::Vector3d::Zero();
+  for (const TrialOutputs::Pull& pull : robot.pulls) {
+    EXPECT_GT(pull.f_Root_N.norm(), last_N);
+    last_N = pull.f_Root_N.norm();
+    pulled_s += pull.duration_s;
+    least = least.cwiseMin(pull.f_Root_N);
+    most = most.cwiseMax(pull.f_Root_N);
+  }
+  EXPECT_NEAR(last_N, 30, 1e-9);
+  EXPECT_NEAR(pulled_s, 2.5, 1e-9) << "without a gap";
+  EXPECT_TRUE((least.array() < -10).all() && most.x() > 10 && most.y() > 10);
+}
+
+TEST(TrialsCore, GravityAloneUnlessAsked) {
+  TrialsCore core(options(2), {kRest_m}, 1);
+  Robot robot;
+  robot.run(core);
+  EXPECT_TRUE(robot.pulls.empty());
+}
+
+TEST(TrialsCore, EndsWithTheFirstWholeRewardIfAsked) {
+  TrialOptions o = options(9);
+  o.until_max = true;
+  TrialsCore core(o, {kRest_m}, 1);
+  Robot robot;
+  robot.holds = [](int attempt) { return attempt < 3 ? 249 : 1000; };
+  robot.run(core);
+  EXPECT_EQ(robot.results.size(), 3U);
 }
 
 TEST(TrialsCore, SameSeedSamePlaces) {

@@ -144,6 +144,31 @@ TEST(RewardPenalty, GradedActionsApproachThePositionThatPaysMost) {
   EXPECT_LT(distance(), 0.15);
 }
 
+// compared with what was expected: better makes the action likelier, worse less likely, the same changes
+// nothing
+TEST(RewardPenalty, OnlyWhatIsBetterOrWorseThanExpectedTeaches) {
+  const Eigen::VectorXd input = Eigen::VectorXd::Constant(1, 1.0);
+  const auto change = [&](double reward, double expected) {
+    RewardPenaltyLearner learner(JordanNetwork::random({.inputs = 1, .hidden = 5, .outputs = 1}, 0.0, 4),
+                                 {.rate = 0.5, .penalty_ratio = 0.1}, 4);
+    const auto probability = [&] {
+      JordanNetwork network = learner.network();
+      network.reset();
+      return network.peek(input)(0);
+    };
+    const double before = probability();
+    learner.begin();
+    const double action = learner.act(input)(0);
+    learner.learn_compared(reward, expected);
+    return (probability() - before) * (action > 0.5 ? 1 : -1);
+  };
+  EXPECT_GT(change(1.0, 0.4), 1e-3);
+  EXPECT_GT(change(1.0, 0.4), change(0.6, 0.4));
+  EXPECT_LT(change(0.1, 0.4), -1e-5);
+  EXPECT_DOUBLE_EQ(change(1.0, 1.0), 0.0);
+  EXPECT_DOUBLE_EQ(change(0.3, 0.3), 0.0);
+}
+
 TEST(JordanNetwork, SurvivesAFileAndRefusesAnother) {
   const JordanNetwork network = JordanNetwork::random({.inputs = 6, .hidden = 5, .outputs = 8}, 0.5, 9);
   WeightsFile file;

@@ -1,6 +1,6 @@
 // nido-experiment-grasp-learning: the Jordan network learns to close the hand by reward and penalty, through
 // ports and under physics (the paper's Figs. 13 and 14). --weights DIR writes grasp.txt, which nido-grasp
-// uses.
+// uses: the network of the seed whose closings hold best in --validate further attempts without exploring.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -24,12 +24,19 @@ namespace {
 
 constexpr double kPaperAttempts = 4;  // until the first maximal reward
 constexpr int kPaperRun = 15;         // attempts of a run
+constexpr double kRadPerDeg = 0.017453292519943295;
+constexpr std::uint64_t kValidationSeeds = 1'000'000;  // further on: places that no run learned at
 
 struct Request : ExperimentRequest {
   int attempts = kPaperRun;
   int domain = 60;
   std::vector<std::string> objects = {"blue cube"};
   std::string weights;
+  double pull_N = 0;
+  double off_m = 0.006;
+  double turn_deg = 20;
+  int validate = 0;
+  bool until_max = false;
 };
 
 struct Attempt {
@@ -42,6 +49,13 @@ struct Attempt {
 struct Run {
   std::uint64_t seed = 0;
   std::vector<Attempt> attempts;
+  std::vector<Attempt> validation;  // without exploring and learning, at other places
+  [[nodiscard]] double validation_reward() const {
+    std::vector<double> rewards;
+    for (const Attempt& attempt : validation)
+      if (attempt.trouble.empty()) rewards.push_back(attempt.reward);
+    return rewards.empty() ? 0.0 : mean(rewards);
+  }
   // Attempts until the first maximal reward; one more than there were if it never came.
   [[nodiscard]] int to_max() const {
     int tried = 0;
@@ -58,35 +72,74 @@ std::filesystem::path folder_of(const Request& request, std::uint64_t seed) {
   return std::filesystem::absolute(std::filesystem::path(request.out) / fmt::format("seed-{}", seed));
 }
 
-std::string command_of(const Request& request, std::uint64_t seed, int trials) {
-  std::string command = fmt::format("nido experiment run grasp-learning --seed {} --trials {}", seed, trials);
-  if (request.attempts != kPaperRun) command += fmt::format(" --attempts {}", request.attempts);
-  if (request.objects.size() != 1 || request.objects[0] != "blue cube")
+std::string command_of(const Request& request) {
+  const Request usual;
+  std::string command =
+      fmt::format("nido experiment run grasp-learning --seed {} --trials {}", request.seed, request.trials);
+  if (request.attempts != usual.attempts) command += fmt::format(" --attempts {}", request.attempts);
+  if (request.objects != usual.objects)
     command += fmt::format(" --objects '{}'", fmt::join(request.objects, ","));
+  if (request.pull_N != usual.pull_N) command += fmt::format(" --pull {}", request.pull_N);
+  if (request.off_m != usual.off_m) command += fmt::format(" --off {}", request.off_m);
+  if (request.turn_deg != usual.turn_deg) command += fmt::format(" --turn {}", request.turn_deg);
+  if (request.validate != usual.validate) command += fmt::format(" --validate {}", request.validate);
+  if (request.until_max) command += " --until-max";
+  if (!request.weights.empty()) command += " --weights config/weights";
   return command;
 }
 
-// One learning run through the app; the `lane`-th of those that go side by side.
-Result<Run> learn(const Request& request, std::uint64_t seed, int lane) {
-  const std::filesystem::path out = folder_of(request, seed);
+// One run of the app in `out`, with settings of its own besides those of all; its attempts.
+Result<std::vector<Attempt>> run_attempts(const Request& request, const std::filesystem::path& out,
+                                          std::uint64_t seed, int lane, int attempts,
+                                          const std::vector<std::string>& settings) {
   std::error_code failure;
   std::filesystem::create_directories(out, failure);
   if (failure) return Error{ErrorCode::kFailed, out.string() + ": " + failure.message()};
-  const Status done = run_app("grasp_learning",
-                              {"--seed", std::to_string(seed), "--rate", "max", "--lockstep", "--domain",
-                               std::to_string(request.domain + lane), "--out", (out / "run").string(),
-                               "--set", fmt::format("grasp_trials.attempts={}", request.attempts), "--set",
-                               fmt::format("grasp_trials.objects=[{}]", fmt::join(request.objects, ", ")),
-                               "--set", "grasp.command=" + command_of(request, seed, 1)},
-                              (out / "launch.log").string());
+  std::vector<std::string> arguments = {"--seed",
+                                        std::to_string(seed),
+                                        "--rate",
+                                        "max",
+                                        "--lockstep",
+                                        "--domain",
+                                        std::to_string(request.domain + lane),
+                                        "--out",
+                                        (out / "run").string()};
+  std::vector<std::string> sets = {fmt::format("grasp_trials.attempts={}", attempts),
+                                   fmt::format("grasp_trials.objects=[{}]", fmt::join(request.objects, ", ")),
+                                   fmt::format("grasp_trials.pull_N={}", request.pull_N),
+                                   fmt::format("grasp_trials.off_m={}", request.off_m),
+                                   fmt::format("grasp_trials.turn_rad={}", request.turn_deg * kRadPerDeg)};
+  sets.insert(sets.end(), settings.begin(), settings.end());
+  for (const std::string& set : sets) {
+    arguments.emplace_back("--set");
+    arguments.push_back(set);
+  }
+  const Status done = run_app("grasp_learning", arguments, (out / "launch.log").string());
   if (!done) return done.error();
   std::ifstream file(out / "run" / "trials.json");
   const auto rows = nlohmann::json::parse(file, nullptr, false);
   if (!rows.is_array())
     return Error{ErrorCode::kFailed, (out / "run" / "trials.json").string() + ": no list of attempts"};
-  Run run{seed, {}};
+  std::vector<Attempt> results;
   for (const auto& row : rows)
-    run.attempts.push_back({row.value("object", ""), row.value("trouble", ""), row.value("reward", 0.0)});
+    results.push_back({row.value("object", ""), row.value("trouble", ""), row.value("reward", 0.0)});
+  return results;
+}
+
+// One learning run through the app, and one that only tests; the `lane`-th of those that go side by side.
+Result<Run> learn(const Request& request, std::uint64_t seed, int lane) {
+  const std::filesystem::path out = folder_of(request, seed);
+  auto learned = run_attempts(
+      request, out, seed, lane, request.attempts,
+      {fmt::format("grasp_trials.until_max={}", request.until_max), "grasp.command=" + command_of(request)});
+  if (!learned) return learned.error();
+  Run run{seed, std::move(*learned), {}};
+  if (request.validate > 0) {
+    auto tested = run_attempts(request, out / "validation", seed + kValidationSeeds, lane, request.validate,
+                               {"grasp.mode=test", "grasp.weights=" + (out / "run" / "grasp.txt").string()});
+    if (!tested) return tested.error();
+    run.validation = std::move(*tested);
+  }
   return run;
 }
 
@@ -124,10 +177,14 @@ Report make_report(const Request& request, std::vector<Run> runs) {
       "lifts, and gravity tests for 250 time steps of 10 ms. The share of them that the object stays up is "
       "the reward. Every "
       "seed begins with an untaught network.";
+  if (request.pull_N > 0) {
+    report.summary += fmt::format(" During the test a pull from changing sides grows from nothing to {} N.",
+                                  request.pull_N);
+  }
   report.seed = request.seed;
   report.robot = "icub_sim_touch";
   report.world = "grasp_trial";
-  report.command = command_of(request, request.seed, request.trials);
+  report.command = command_of(request);
   report.trials = static_cast<long>(runs.size());
   std::vector<double> first_max;
   int learned = 0;
@@ -139,6 +196,7 @@ Report make_report(const Request& request, std::vector<Run> runs) {
     learned += run.to_max() <= kPaperRun ? 1 : 0;
     Row row = {{"seed", static_cast<double>(run.seed)},
                {"attempts_to_max_reward", static_cast<double>(run.to_max())}};
+    if (!run.validation.empty()) row.emplace_back("validation_reward", run.validation_reward());
     for (std::size_t i = 0; i < run.attempts.size(); ++i) {
       const Attempt& attempt = run.attempts[i];
       if (!attempt.trouble.empty()) {
@@ -168,14 +226,18 @@ Report make_report(const Request& request, std::vector<Run> runs) {
   return report;
 }
 
-// The network of the first seed, as nido-grasp has saved it.
-Status copy_weights(const Request& request) {
-  const auto from = folder_of(request, request.seed) / "run" / "grasp.txt";
+// The network of the seed that held best without exploring, as nido-grasp has saved it; the first of equals.
+Status copy_weights(const Request& request, const std::vector<Run>& runs) {
+  const auto best = std::max_element(runs.begin(), runs.end(), [](const Run& a, const Run& b) {
+    return a.validation_reward() != b.validation_reward() ? a.validation_reward() < b.validation_reward()
+                                                          : a.seed > b.seed;
+  });
+  const auto from = folder_of(request, best->seed) / "run" / "grasp.txt";
   const auto to = std::filesystem::path(request.weights) / "grasp.txt";
   std::error_code failure;
   std::filesystem::copy_file(from, to, std::filesystem::copy_options::overwrite_existing, failure);
   if (failure) return Error{ErrorCode::kFailed, to.string() + ": " + failure.message()};
-  fmt::print("{}\n", to.string());
+  fmt::print("{}: seed {}, validation reward {:.3f}\n", to.string(), best->seed, best->validation_reward());
   return {};
 }
 
@@ -218,7 +280,7 @@ Status run(const Request& request) {
   if (runs.empty()) return Error{ErrorCode::kInterrupted, "interrupted before the first run ended"};
   const Report report = make_report(request, runs);
   if (!request.weights.empty()) {
-    if (const Status copied = copy_weights(request); !copied) return copied;
+    if (const Status copied = copy_weights(request, runs); !copied) return copied;
   }
   for (const auto& [name, metric] : report.metrics) {
     fmt::print("{:<32} {:.4g}{}{}\n", name, metric.value,
@@ -243,7 +305,23 @@ int main(int argc, char** argv) {
   app.add_option("--attempts", request.attempts, "of each run")
       ->check(CLI::Range(1, 10000))
       ->capture_default_str();
-  app.add_option("--weights", request.weights, "folder to write grasp.txt of the first seed to");
+  app.add_option("--weights", request.weights,
+                 "folder to write grasp.txt to: of the seed that was validated best, or of the first");
+  app.add_option("--validate", request.validate,
+                 "attempts without exploring after each run, at other places; the best network is taken")
+      ->check(CLI::Range(0, 10000))
+      ->capture_default_str();
+  app.add_option("--pull", request.pull_N, "N, at the object at the end of the test; 0: gravity alone")
+      ->check(CLI::Range(0.0, 1000.0))
+      ->capture_default_str();
+  app.add_option("--off", request.off_m,
+                 "m, how far from where the hand expects it an object is put, in x and y")
+      ->check(CLI::Range(0.0, 0.05))
+      ->capture_default_str();
+  app.add_option("--turn", request.turn_deg, "degrees, how far turned")
+      ->check(CLI::Range(0.0, 180.0))
+      ->capture_default_str();
+  app.add_flag("--until-max", request.until_max, "each run ends with its first whole reward");
   app.add_option("--objects", request.objects, "taken in turn: blue cube, red ball, teddy bear")
       ->delimiter(',')
       ->capture_default_str();

@@ -1,10 +1,16 @@
 #include "trials_core.h"
 
+#include <algorithm>
+#include <array>
+
 namespace nido::grasp {
 
 namespace {
 constexpr double kPutSettle_s = 0.3;  // an object that was put down comes to rest
 constexpr double kAsideSpacing_m = 0.10;
+constexpr int kPullSteps = 5;        // the pull is renewed so often
+constexpr int kDirectionSteps = 25;  // and changes its direction after so many
+constexpr double kStep_s = 0.01;
 }  // namespace
 
 TrialsCore::TrialsCore(TrialOptions options, std::vector<double> rest_height_m, std::uint64_t seed)
@@ -88,6 +94,18 @@ void TrialsCore::end_attempt(TrialOutputs& out) {
   enter(Stage::kRelease, out);
 }
 
+std::optional<TrialOutputs::Pull> TrialsCore::pull() const {
+  if (options_.pull_N <= 0 || result_.steps_held % kPullSteps != 0) return {};
+  // down, left, forward, right, back
+  static const std::array<Eigen::Vector3d, 5> kDirections = {
+      -Eigen::Vector3d::UnitZ(), -Eigen::Vector3d::UnitY(), -Eigen::Vector3d::UnitX(),
+      Eigen::Vector3d::UnitY(), Eigen::Vector3d::UnitX()};
+  const auto which = static_cast<std::size_t>(result_.steps_held / kDirectionSteps) % kDirections.size();
+  const double share = static_cast<double>(result_.steps_held + kPullSteps) / options_.test_steps;
+  return TrialOutputs::Pull{object(), options_.pull_N * std::min(1.0, share) * kDirections[which],
+                            kPullSteps * kStep_s};
+}
+
 TrialOutputs TrialsCore::step(double dt_s, const TrialInputs& inputs) {
   TrialOutputs out;
   in_stage_s_ += dt_s;
@@ -102,7 +120,7 @@ TrialOutputs TrialsCore::step(double dt_s, const TrialInputs& inputs) {
       if (ended(inputs.reach, well)) enter(Stage::kAside, out);
       break;
     case Stage::kAside:
-      if (result_.attempt >= options_.attempts) {
+      if (result_.attempt >= options_.attempts || (options_.until_max && result_.reward >= 1.0)) {
         out.finished = true;
       } else {
         enter(Stage::kApproach, out);
@@ -142,6 +160,7 @@ TrialOutputs TrialsCore::step(double dt_s, const TrialInputs& inputs) {
       break;
     case Stage::kHold: {
       const bool up = inputs.object_height_m > rest_height_m_[which_] + options_.up_m;
+      if (up) out.pull = pull();
       if (up) ++result_.steps_held;
       if (!up || result_.steps_held >= options_.test_steps) end_attempt(out);
       break;

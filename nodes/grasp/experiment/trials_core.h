@@ -20,9 +20,13 @@ struct TrialResult {
 };
 
 struct TrialOptions {
-  int attempts = 15;     // the paper's number
-  int test_steps = 250;  // longest hold that counts, 10 ms each (the paper's number)
-  double up_m = 0.04;    // an object this far above its place is in the hand
+  int attempts = 15;       // the paper's number
+  bool until_max = false;  // no further attempt after the first whole reward
+  int test_steps = 250;    // longest hold that counts, 10 ms each (the paper's number)
+  // What pulls at the object during the test, N: it grows from nothing to this at the test's end, and its
+  // direction changes ten times. 0: gravity alone.
+  double pull_N = 0;
+  double up_m = 0.04;  // an object this far above its place is in the hand
   double lift_m = 0.08;
   std::vector<std::string> objects = {"blue cube"};  // in turn
   Eigen::Vector2d p_Root_m{-0.28, 0.08};             // where the hand goes, root frame
@@ -46,9 +50,15 @@ struct TrialOutputs {
     Eigen::Vector2d p_Root_m = Eigen::Vector2d::Zero();  // on the table, at rest
     double yaw_rad = 0;
   };
+  struct Pull {
+    std::string object;
+    Eigen::Vector3d f_Root_N = Eigen::Vector3d::Zero();
+    double duration_s = 0;
+  };
   std::optional<Action> reach;
   std::optional<Action> grasp;
   std::optional<Put> put;
+  std::optional<Pull> pull;
   std::optional<TrialResult> result;  // of the attempt that just ended; its reward goes to the learner
   bool finished = false;
 };
@@ -65,8 +75,9 @@ struct TrialInputs {
 };
 
 // The experimenter of the grasping experiment: has the open hand brought to a place over the table, puts the
-// object under it, has the hand closed and lifted, lets gravity test the grasp, gives the reward. Knows the
-// truth of the world; the learner gets touch and reward only. Not thread-safe; step() once a tick of 10 ms.
+// object under it, has the hand closed and lifted, lets gravity and a pull test the grasp, gives the reward.
+// Knows the truth of the world; the learner gets touch and reward only. Not thread-safe; step() once a tick
+// of 10 ms.
 class TrialsCore {
  public:
   // `rest_height_m`: of the middle of each of the objects when it lies on the table, root frame.
@@ -80,6 +91,7 @@ class TrialsCore {
   enum class Stage { kHome, kAside, kApproach, kPut, kClose, kLift, kHold, kRelease };
   void enter(Stage stage, TrialOutputs& out);
   void end_attempt(TrialOutputs& out);
+  [[nodiscard]] std::optional<TrialOutputs::Pull> pull() const;
   [[nodiscard]] bool ended(const std::optional<TrialInputs::Done>& status, bool& well);
   [[nodiscard]] TrialOutputs::Action action(const std::string& name) const;
 

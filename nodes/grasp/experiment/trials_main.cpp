@@ -60,6 +60,25 @@ Status run(Node& node) {
     return Error{ErrorCode::kInvalidArgument,
                  "parameters attempts and objects: expected one or more of each"};
   }
+  auto pull_N = node.parameter<double>("pull_N", options.pull_N);
+  if (!pull_N) return pull_N.error();
+  auto off_m = node.parameter<double>("off_m", options.off_m);
+  if (!off_m) return off_m.error();
+  auto turn_rad = node.parameter<double>("turn_rad", options.turn_rad);
+  if (!turn_rad) return turn_rad.error();
+  if (!(*pull_N >= 0 && *pull_N <= 1000 && *off_m >= 0 && *off_m <= 0.05 && *turn_rad >= 0)) {
+    return Error{
+        ErrorCode::kInvalidArgument,
+        fmt::format("parameters pull_N, off_m and turn_rad are {}, {} and {}; expected 0 to 1000, 0 to "
+                    "0.05 and 0 or more",
+                    *pull_N, *off_m, *turn_rad)};
+  }
+  auto until_max = node.parameter<bool>("until_max", options.until_max);
+  if (!until_max) return until_max.error();
+  options.until_max = *until_max;
+  options.pull_N = *pull_N;
+  options.off_m = *off_m;
+  options.turn_rad = *turn_rad;
   auto results_path = node.parameter<std::string>("results", "trials.json");
   if (!results_path) return results_path.error();
   options.attempts = *attempts;
@@ -109,6 +128,13 @@ Status run(Node& node) {
       auto there = place(node, out.put->object, out.put->p_Root_m, boxes[out.put->object].frame_Root_m,
                          out.put->yaw_rad);
       if (!there) return there;
+    }
+    if (out.pull) {
+      // the world port's frame: x left, y up, z forward
+      const Eigen::Vector3d& f = out.pull->f_Root_N;
+      auto pulled = ask_world(node, fmt::format("world force \"{}\" {} {} {} {}", out.pull->object, -f.y(),
+                                                f.z(), -f.x(), out.pull->duration_s));
+      if (!pulled) return pulled.error();
     }
     if (out.reach) {
       if (auto sent = (*reach_out)->write(goal_message(*out.reach, now)); !sent) return sent;

@@ -72,9 +72,9 @@ Result<Settings> read_settings(Node& node) {
   take("command", "nido launch grasp_learning --seed " + std::to_string(node.options().seed),
        settings.command);
   if (!read) return read.error();
-  if (settings.mode != "act" && settings.mode != "learn") {
+  if (settings.mode != "act" && settings.mode != "learn" && settings.mode != "test") {
     return Error{ErrorCode::kInvalidArgument,
-                 "parameter mode is \"" + settings.mode + "\"; allowed are act and learn"};
+                 "parameter mode is \"" + settings.mode + "\"; allowed are act, learn and test"};
   }
   return settings;
 }
@@ -84,7 +84,8 @@ Status run(Node& node) {
   if (!settings) return settings.error();
   auto options_result = load_grasp_options(settings->urdf, settings->postures, settings->side);
   if (!options_result) return options_result.error();
-  // mode "act" uses what was learned; mode "learn" learns online from rewards and saves after each of them
+  // mode "act" uses what was learned; mode "learn" learns online from rewards and saves after each of them;
+  // mode "test" uses what was learned, and is given rewards that it does not use
   std::unique_ptr<GraspLearner> learner;
   GraspCore::Policy policy;
   if (settings->mode == "learn") {
@@ -104,7 +105,7 @@ Status run(Node& node) {
   auto arm_in = node.open_input<msgs::JointState>("/grasp/arm:i", Profile::kState);
   if (!arm_in) return arm_in.error();
   std::unique_ptr<Input<msgs::Reward>> reward_in;
-  if (learner) {
+  if (settings->mode != "act") {
     auto reward_result = node.open_input<msgs::Reward>("/grasp/reward:i", Profile::kEvent);
     if (!reward_result) return reward_result.error();
     reward_in = std::move(*reward_result);

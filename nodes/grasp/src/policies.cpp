@@ -35,7 +35,8 @@ Result<learning::JordanNetwork> load_grasp_network(const std::string& path) {
 }
 
 GraspLearner::GraspLearner(Options options, std::uint64_t seed)
-    : learner_(learning::JordanNetwork::random(
+    : expectation_share_(options.expectation_share),
+      learner_(learning::JordanNetwork::random(
                    {static_cast<int>(kPadCount), kHiddenUnits, static_cast<int>(kFingerCount)}, 0.0, seed),
                {options.rate, options.penalty_ratio, options.draws, false}, seed + 1) {}
 
@@ -46,6 +47,13 @@ GraspCore::Policy GraspLearner::policy() {
   };
 }
 
-void GraspLearner::reward(double reward) { learner_.learn(reward); }
+void GraspLearner::reward(double reward) {
+  if (expectation_share_ > 0) {
+    learner_.learn_compared(reward, expected_);
+    expected_ += expectation_share_ * (reward - expected_);
+  } else {
+    learner_.learn(reward);
+  }
+}
 
 }  // namespace nido::grasp

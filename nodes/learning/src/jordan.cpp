@@ -142,26 +142,33 @@ void RewardPenaltyLearner::learn(double reward) { learn_each(std::vector<double>
 
 void RewardPenaltyLearner::learn_each(const std::vector<double>& rewards) {
   require(rewards.size() == steps_.size(), "one reward a step is needed");
-  // rewarded: towards the action; penalised: towards its opposite, with a smaller step
-  const auto delta = [&](const Eigen::VectorXd& action, const Eigen::VectorXd& probability, double reward) {
-    return Eigen::VectorXd(reward * (action - probability) +
-                           options_.penalty_ratio * (1.0 - reward) *
-                               ((1.0 - action.array()).matrix() - probability));
-  };
-  Mlp& network = network_.network();
   for (std::size_t i = 0; i < steps_.size(); ++i) {
-    const Step& step = steps_[i];
     const double reward = std::clamp(rewards[i], 0.0, 1.0);
-    MlpGradient direction =
-        network.gradient_from_output_delta(step.activities, delta(step.action, step.activities[2], reward));
-    if (options_.stochastic_hidden) {
-      const Eigen::VectorXd hidden = delta(step.activities[1], step.hidden_probability, reward);
-      direction.weights[0] = -hidden * step.activities[0].transpose();
-      direction.bias[0] = -hidden;
-    }
-    network.add(direction, -options_.rate);
+    change(steps_[i], reward, 1.0 - reward);
   }
   steps_.clear();
+}
+
+void RewardPenaltyLearner::learn_compared(double reward, double expected) {
+  const double surplus = std::clamp(reward, 0.0, 1.0) - std::clamp(expected, 0.0, 1.0);
+  for (const Step& step : steps_) change(step, std::max(0.0, surplus), std::max(0.0, -surplus));
+  steps_.clear();
+}
+
+void RewardPenaltyLearner::change(const Step& step, double better, double worse) {
+  const auto delta = [&](const Eigen::VectorXd& action, const Eigen::VectorXd& probability) {
+    return Eigen::VectorXd(better * (action - probability) +
+                           options_.penalty_ratio * worse * ((1.0 - action.array()).matrix() - probability));
+  };
+  Mlp& network = network_.network();
+  MlpGradient direction =
+      network.gradient_from_output_delta(step.activities, delta(step.action, step.activities[2]));
+  if (options_.stochastic_hidden) {
+    const Eigen::VectorXd hidden = delta(step.activities[1], step.hidden_probability);
+    direction.weights[0] = -hidden * step.activities[0].transpose();
+    direction.bias[0] = -hidden;
+  }
+  network.add(direction, -options_.rate);
 }
 
 }  // namespace nido::learning

@@ -21,9 +21,12 @@ Result<learning::JordanNetwork> load_grasp_network(const std::string& path);
 class GraspLearner {
  public:
   struct Options {
-    double rate = 4.0;           // of the reward-penalty rule
+    double rate = 2.0;           // of the reward-penalty rule
     double penalty_ratio = 0.1;  // lambda
     int draws = 1;               // a joint position is the mean of so many on/off draws
+    // Share of a new reward in the reward that is expected next; the reward is compared with what was
+    // expected, so that learning ends by itself where every attempt gets the same. 0: not compared.
+    double expectation_share = 0.25;
   };
   GraspLearner(Options options, std::uint64_t seed);
 
@@ -34,6 +37,8 @@ class GraspLearner {
   [[nodiscard]] const learning::JordanNetwork& network() const { return learner_.network(); }
 
  private:
+  double expectation_share_;
+  double expected_ = 0;
   learning::RewardPenaltyLearner learner_;
 };
 

@@ -89,6 +89,9 @@ class RewardPenaltyLearner {
   void learn(double reward);
   // Same with one reward a remembered step.
   void learn_each(const std::vector<double>& rewards);
+  // Same, compared with the reward that was expected (reinforcement comparison): only what is better than
+  // that makes the actions likelier, only what is worse their opposite; as expected changes nothing.
+  void learn_compared(double reward, double expected);
 
   [[nodiscard]] const JordanNetwork& network() const { return network_; }
 
@@ -98,6 +101,8 @@ class RewardPenaltyLearner {
     Eigen::VectorXd hidden_probability;       // of the hidden units
     Eigen::VectorXd action;
   };
+  // One step's share of learning: `better` towards the action, lambda * `worse` towards its opposite.
+  void change(const Step& step, double better, double worse);
   JordanNetwork network_;
   RewardPenaltyOptions options_;
   std::mt19937_64 random_;
