@@ -64,7 +64,7 @@ TEST(Usage, WrongUsageIsExitCode2) {
                                              {"launch", "speech_and_action", "--nonsense"},
                                              {"launch", "speech_and_action", "--seed", "x"},
                                              {"launch", "speech_and_action", "--say", "a", "--mic"},
-                                             {"launch", "speech_and_action", "--dashboard"},
+                                             {"launch", "speech_and_action", "--dashboard=x"},
                                              {"record"},
                                              {"replay", "x.mcap", "--from", "-1"},
                                              {"completion", "fish"},

@@ -114,6 +114,11 @@ int experiment_run(const ExperimentRequest& request) {
   return become("experiment", kExperiment, request.name, arguments);
 }
 
+int dashboard(const Common& common, const std::string& port) {
+  return become("program", "nido-", "dashboard",
+                {"--domain", std::to_string(common.domain), "--period", "0.1", "--set", "port=" + port});
+}
+
 int bench(const std::string& name, const std::vector<std::string>& arguments) {
   return become("benchmark", kBench, name, arguments);
 }

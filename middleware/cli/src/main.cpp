@@ -88,14 +88,11 @@ void add_launch(CLI::App& root, LaunchRequest& request) {
       ->type_name("DIR");
   verb->add_option("--record", request.record, "write what all ports send into this file (docs/recording.md)")
       ->type_name("FILE.mcap");
-  verb->add_option_function<std::string>(
-          "--dashboard",
-          [](const std::string&) {
-            throw CLI::ValidationError("--dashboard", "this version cannot do that yet");
-          },
-          "not in this version")
-      ->expected(0, 1)
-      ->group("");
+  // a flag with a value, so that what follows it on the line is not taken for its port
+  verb->add_flag(
+      "--dashboard{8080}", request.dashboard,
+      "a page in the browser to watch and drive the run; --dashboard=PORT for another port than 8080, 0: a "
+      "free one");
   verb->add_flag("--verbose,-v", request.verbose, "show the processes' output");
   verb->add_flag("--json", request.json, "the outcome as JSON on stdout, the story on stderr");
   verb->add_flag("--dump", request.dump, "print the app with every default filled in, start nothing");
@@ -300,6 +297,16 @@ int main(int argc, char** argv) {
   add_record(verbs, record);
   cli::ReplayRequest replay;
   add_replay(verbs, replay);
+
+  std::string dashboard_port = "8080";
+  auto* dashboard =
+      root.add_subcommand("dashboard", "a page in the browser to watch and drive what runs already");
+  dashboard->footer("example\n  nido dashboard --port 8090");
+  dashboard->add_option("--port", dashboard_port, "of 127.0.0.1; 0: a free one")->type_name("PORT");
+  dashboard->add_option("--domain", common.domain, "DDS domain; ROS_DOMAIN_ID or 0 otherwise")
+      ->check(CLI::Range(0, 101))
+      ->type_name("N");
+  dashboard->callback([&] { throw CLI::RuntimeError(cli::dashboard(common, dashboard_port)); });
 
   std::string shell;
   auto* completion = root.add_subcommand("completion", "print the completion script of a shell");

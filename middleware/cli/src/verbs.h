@@ -64,6 +64,8 @@ struct ExperimentRequest {
 int experiment_list(const Common& common);
 int experiment_run(const ExperimentRequest& request);
 
+// A page for what runs already: becomes nido-dashboard.
+int dashboard(const Common& common, const std::string& port);
 // Runs nido-bench-NAME beside nido.
 int bench(const std::string& name, const std::vector<std::string>& arguments);
 

@@ -11,6 +11,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "launch_dashboard.h"
 #include "nido/middleware/typed_port.h"
 
 namespace nido {
@@ -20,13 +21,6 @@ using std::chrono::milliseconds;
 namespace {
 
 double seconds_of(const msgs::Time& time) { return time.sec() + time.nanosec() * 1e-9; }
-
-// As a person would type it: from here, if it is below here.
-std::string shown_path(const fs::path& path) {
-  std::error_code error;
-  const fs::path relative = fs::relative(path, error);
-  return error || relative.empty() || relative.string().starts_with("..") ? path.string() : relative.string();
-}
 
 // The domain that people choose for a whole shell; -1: a value that is none.
 int domain_of_environment() {
@@ -49,6 +43,8 @@ bool mentions(const YAML::Node& node, const std::string& word) {
 }
 
 constexpr const char* kRecorder = "recorder";
+// lines of the story that are kept for those that come later
+constexpr std::size_t kStoryKept = 200;
 
 // The app with one process more, which is there before all others and ends after them. In lockstep it takes
 // part in every tick, so that it gets every message.
@@ -86,6 +82,12 @@ Status add_recorder(App& app, const std::string& wanted) {
 }
 
 }  // namespace
+
+std::string shown_path(const fs::path& path) {
+  std::error_code error;
+  const fs::path relative = fs::relative(path, error);
+  return error || relative.empty() || relative.string().starts_with("..") ? path.string() : relative.string();
+}
 
 LaunchRun::LaunchRun(const LaunchRequest& request, const App& app, const Places& places, int signal_fd)
     : request_(request),
@@ -192,6 +194,10 @@ Status LaunchRun::join() {
   };
   if (auto status = listen(app_.story, "/launcher/story:i", story_); !status) return status;
   if (auto status = listen(app_.outcome, "/launcher/outcome:i", outcome_); !status) return status;
+  auto service =
+      node_->open_service("/launcher/rpc:i", [this](const std::string& line) { return answer(line); });
+  if (!service) return service.error();
+  service_ = std::move(*service);
   node_->set_ready();
   return {};
 }
@@ -236,6 +242,10 @@ int LaunchRun::run() {
     print(paint_.dim(fmt::format("  robot {}, world {}, seed {}, rate {}{}, domain {}; writes {}", app_.robot,
                                  app_.world, app_.seed, app_.rate, app_.lockstep ? " in lockstep" : "",
                                  settings_.domain, shown_path(folder_.path))));
+    if (!request_.dashboard.empty()) {
+      print(paint_.dim(fmt::format("  watch and drive it at http://127.0.0.1:{}/",
+                                   process_named(kDashboard).parameters["port"].as<int>())));
+    }
     status = join();
   }
   if (!status) {
@@ -257,6 +267,7 @@ int LaunchRun::run() {
   finish_report();
   const double sim = sim_s();
   const double wall = wall_s();
+  service_.reset();
   story_.reset();
   outcome_.reset();
   directory_.reset();
@@ -290,9 +301,14 @@ void LaunchRun::step() {
   look_at_nodes();
   look_at_limits();
   take_signals();
+  tell_status(false);
 }
 
 void LaunchRun::take_signals() {
+  {
+    const std::lock_guard lock(mutex_);
+    if (!stop_asked_.empty() && !stopping_) end(130, "stopped " + stop_asked_);
+  }
   signalfd_siginfo info{};
   while (read(signal_fd_, &info, sizeof info) == static_cast<ssize_t>(sizeof info)) {
     if (stopping_) {
@@ -308,6 +324,7 @@ void LaunchRun::take_signals() {
 
 void LaunchRun::on_event(const SupervisorEvent& event) {
   using Kind = SupervisorEvent::Kind;
+  if (event.kind == Kind::kEnded || event.kind == Kind::kGivenUp) last_words_[event.name] = event.text;
   switch (event.kind) {
     case Kind::kOutput:
       if (request_.verbose) {
@@ -417,6 +434,13 @@ void LaunchRun::tell_story() {
     if (!event) break;
     const std::string line =
         fmt::format("{:8.2f} s  {:<9}", seconds_of(event->header().stamp()), event->stage());
+    const nlohmann::json told = {{"t", seconds_of(event->header().stamp())},
+                                 {"stage", event->stage()},
+                                 {"state", event->state()},
+                                 {"object", event->object()},
+                                 {"text", event->text()}};
+    told_.push_back(told.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
+    if (told_.size() > kStoryKept) told_.erase(told_.begin());
     std::string text = event->text();
     if (text.empty()) text = fmt::format("{} {}", event->state(), event->object());
     if (event->state() == "failed") {
@@ -487,6 +511,7 @@ void LaunchRun::look_at_recording(const SupervisorEvent& event) {
 
 void LaunchRun::shut_down() {
   stopping_ = true;
+  tell_status(true);
   supervisor_->begin_stop();
   while (!supervisor_->all_gone()) {
     for (const auto& event : supervisor_->poll(milliseconds(50), signal_fd_)) {
@@ -496,6 +521,7 @@ void LaunchRun::shut_down() {
     take_signals();
     // what was said last may arrive after the outcome
     tell_story();
+    tell_status(false);
   }
   for (const auto& name : supervisor_->killed()) {
     print(paint_.yellow(fmt::format("process '{}' did not end when asked and was killed", name)));
@@ -541,6 +567,9 @@ int run_launch(const LaunchRequest& request) {
   }
   if (!request.record.empty()) {
     if (auto status = add_recorder(*app, request.record); !status) return refuse(status.error());
+  }
+  if (!request.dashboard.empty()) {
+    if (auto status = add_dashboard(*app, request.dashboard); !status) return refuse(status.error());
   }
   if (app->audio["source"].as<std::string>() == "wav") {
     const std::string sound = app->audio["file"].as<std::string>();

@@ -1,12 +1,15 @@
 #pragma once
 
 #include <chrono>
+#include <filesystem>
 #include <functional>
 #include <map>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <set>
 #include <string>
+#include <vector>
 
 #include "nido/launcher/app.h"
 #include "nido/launcher/launch.h"
@@ -19,6 +22,9 @@
 #include "nido/msgs/types.h"
 
 namespace nido {
+
+// As a person would type it: from here, if it is below here.
+std::string shown_path(const std::filesystem::path& path);
 
 // How a run ended.
 struct RunEnd {
@@ -55,6 +61,10 @@ class LaunchRun {
   void end(int exit_code, const std::string& sentence);
   void shut_down();
   void look_at_recording(const SupervisorEvent& event);
+  // What /launcher/rpc:i answers. The handler runs on a thread of the middleware.
+  std::string answer(const std::string& question);
+  void tell_status(bool now);
+  [[nodiscard]] std::string state_of(const AppProcess& process) const;
   void finish_report() const;
   std::optional<RunEnd> outcome_in_report() const;
   [[nodiscard]] double wall_s() const;
@@ -87,6 +97,15 @@ class LaunchRun {
   std::optional<SteadyClock::time_point> report_deadline_;  // the judge has ended; its report must be there
   std::optional<RunEnd> end_;
   bool stopping_ = false;
+
+  std::map<std::string, std::string> last_words_;  // of processes that ended: why
+  std::vector<std::string> told_;                  // the story so far, each event as a JSON object
+  SteadyClock::time_point next_status_;
+  std::mutex mutex_;  // of what follows
+  std::string status_ = "{}";
+  std::string stop_asked_;  // why; empty: nobody asked
+  // last: its handler uses what is above
+  std::unique_ptr<Node::Service> service_;
 };
 
 }  // namespace nido

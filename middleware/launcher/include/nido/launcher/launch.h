@@ -15,9 +15,10 @@ struct LaunchRequest {
   std::vector<Override> options;  // the other options, as overrides of the app's defaults
   std::string out;                // --out; empty: out/TIME-APP, and out/latest
   std::string record;             // --record: all ports go into this MCAP file; empty: none
-  bool verbose = false;           // the processes' output on the terminal
-  bool dump = false;              // only print the app with every default filled in
-  bool json = false;              // the outcome as one JSON object on stdout
+  std::string dashboard;  // --dashboard: port of 127.0.0.1 for the page, "0" for a free one; empty: no page
+  bool verbose = false;   // the processes' output on the terminal
+  bool dump = false;      // only print the app with every default filled in
+  bool json = false;      // the outcome as one JSON object on stdout
 };
 
 // Runs an app until its outcome, its time, a failure or an interruption, and prints its story. Returns the
