@@ -13,6 +13,10 @@ for file in bin/nido bin/nido-janitor bin/nido-recorder share/nido/config/apps/s
   [ -e "$prefix/$file" ] || fail "$file is not installed"
 done
 
+env -i PATH=/usr/bin:/bin PYTHONPATH="$(echo "$prefix"/lib/python3*/dist-packages)" python3 -B -c \
+  'import nido; from nido import system; print(system._find_gateway())' > "$work/gateway.txt" 2>&1 || { cat "$work/gateway.txt"; fail "the Python client is not installed"; }
+grep -q "$prefix/bin/nido-gateway" "$work/gateway.txt" || { cat "$work/gateway.txt"; fail "the Python client does not find its gateway"; }
+
 # the environment and the folder of somebody else; 27: a domain of this test's own
 cd "$work"
 nido() { env -i PATH=/usr/bin:/bin HOME="$work" ROS_DOMAIN_ID=27 "$prefix/bin/nido" "$@"; }
