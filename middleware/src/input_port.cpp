@@ -280,7 +280,7 @@ std::vector<std::string> InputPort::new_complaints() {
     }
     if (std::exchange(connection->was_interrupted_, false)) {
       complaints.push_back(name_ + " lost sight of " + source +
-                           " for a while, as when a process is stopped for twenty seconds: messages may be "
+                           " for a while, as when a process is stopped for a minute: messages may be "
                            "missing, this run cannot be repeated");
     }
   }

@@ -19,7 +19,7 @@ using Steady = std::chrono::steady_clock;
 
 // how long a process may be silent before the others forget it
 constexpr int kLease_s = 3;
-constexpr int kLockstepLease_s = 20;
+constexpr int kLockstepLease_s = 60;
 
 Quality last_one() {
   Quality quality;
