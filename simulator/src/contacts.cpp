@@ -38,6 +38,9 @@ constexpr double kMostSlip_m = 0.0005;
 constexpr double kGripRadius_m = 0.002;
 constexpr double kSameGrip_m = 0.005;
 
+// Beyond what its speed takes a shape within a control period: what it may gain.
+constexpr double kSelfMargin_m = 0.004;
+
 bool overlap(const dReal* a, const dReal* b) {
   return a[0] <= b[1] && b[0] <= a[1] && a[2] <= b[3] && b[2] <= a[3] && a[4] <= b[5] && b[4] <= a[5];
 }
@@ -54,13 +57,9 @@ bool awake(const ObjectBody& object) {
 
 }  // namespace
 
-Contacts::Contacts(dWorldID world, const RobotBody& robot, const ControlBlock& block)
-    : world_(world),
-      joints_(dJointGroupCreate(0)),
-      floor_(dCreatePlane(nullptr, 0, 0, 1, Simulation::kFloorHeight_m)),
-      robot_(robot) {
+Contacts::Contacts(RobotBody& robot, const ControlBlock& block)
+    : floor_(dCreatePlane(nullptr, 0, 0, 1, Simulation::kFloorHeight_m)), robot_(robot) {
   static constexpr std::array<const char*, 5> kFingers = {"thumb", "index", "middle", "ring", "little"};
-  touching_.reserve(kMostContacts);
   for (std::size_t i = 0; i < robot.link_count(); ++i) {
     for (const LinkShape& shape : robot.description().links[i].collisions) {
       RobotGeom part;
@@ -106,7 +105,6 @@ Contacts::Contacts(dWorldID world, const RobotBody& robot, const ControlBlock& b
 }
 
 Contacts::~Contacts() {
-  dJointGroupDestroy(joints_);
   dGeomDestroy(floor_);
   for (RobotGeom& part : robot_geoms_) {
     dGeomDestroy(part.geom);
@@ -134,54 +132,91 @@ bool Contacts::collide(dGeomID geom_a, dGeomID geom_b, const Side& a, const Side
     if (near) continue;
 
     const bool pad = a.robot_geom >= 0 && robot_geoms_[a.robot_geom].finger >= 0;
-    dContact contact{};
-    contact.geom = geometry;
-    contact.surface.mode = dContactApprox1 | dContactSoftERP | dContactSoftCFM;
-    contact.surface.mu = std::sqrt(a.surface->friction * b.surface->friction);
+    ContactSolver::Contact contact;
+    const auto side = [](const Side& from) {
+      ContactSolver::Side to;
+      if (from.owner.kind == OwnerKind::kLink) to.link = static_cast<int>(from.owner.index);
+      if (from.owner.kind == OwnerKind::kObject) to.object = static_cast<int>(from.owner.index);
+      return to;
+    };
+    contact.a = side(a);
+    contact.b = side(b);
+    contact.p_World_m = p;
+    contact.normal_World = normal.normalized();
+    contact.depth_m = geometry.depth;
+    contact.friction = std::sqrt(a.surface->friction * b.surface->friction);
     const double stiffness = pad ? kPadStiffness_N_m : kFurnitureStiffness_N_m;
     const double damping = pad ? kPadDamping_Ns_m : kFurnitureDamping_Ns_m;
-    contact.surface.soft_erp = kStep_s * stiffness / (kStep_s * stiffness + damping);
-    contact.surface.soft_cfm = 1 / (kStep_s * stiffness + damping);
-    const double bounce = std::min(a.surface->restitution, b.surface->restitution);
-    if (bounce > 0) {
-      contact.surface.mode |= dContactBounce;
-      contact.surface.bounce = bounce;
-      contact.surface.bounce_vel = kSlowestBounce_m_s;
+    contact.erp = kStep_s * stiffness / (kStep_s * stiffness + damping);
+    contact.cfm = 1 / (kStep_s * stiffness + damping);
+    contact.restitution = std::min(a.surface->restitution, b.surface->restitution);
+    contact.slowest_bounce_m_s = kSlowestBounce_m_s;
+    if (contact.restitution > 0) {
       // what gives way does not bounce: at the moment of the impact the contact is hard
       const Eigen::Vector3d closing = point_velocity(b.body, p) - point_velocity(a.body, p);
       if (normal.dot(closing) > kSlowestBounce_m_s) {
-        contact.surface.soft_cfm = kHardContact;
-        contact.surface.soft_erp = 0;
+        contact.cfm = kHardContact;
+        contact.erp = 0;
       }
     }
     if (pad) {
-      contact.surface.mode |= dContactRolling;
-      contact.surface.rhoN = kPadTwistArm_m;
+      contact.twist_m = kPadTwistArm_m;
     } else if (a.robot_geom < 0 &&
                (dGeomGetClass(geom_a) == dSphereClass || dGeomGetClass(geom_b) == dSphereClass)) {
-      contact.surface.mode |= dContactRolling;
-      contact.surface.rho = a.surface->rolling_m + b.surface->rolling_m;
-      contact.surface.rho2 = contact.surface.rho;
-      contact.surface.rhoN = contact.surface.rho;
+      contact.rolling_m = a.surface->rolling_m + b.surface->rolling_m;
+      contact.twist_m = contact.rolling_m;
     }
-    if (a.robot_geom >= 0 && robot_geoms_[a.robot_geom].hand >= 0 && a.body != nullptr && b.body != nullptr) {
+    if (a.robot_geom >= 0 && robot_geoms_[a.robot_geom].hand >= 0 && a.body != nullptr && b.body != nullptr &&
+        b.owner.kind == OwnerKind::kObject) {
       stick(contact, a, b);
     }
-    dJointID joint = dJointCreateContact(world_, joints_, &contact);
-    dJointAttach(joint, a.body, b.body);
-    // the vector keeps its place, so the solver may write there
-    touching_.push_back({a.owner, b.owner, a.robot_geom, normal, p, geometry.depth, {}, 0});
-    dJointSetFeedback(joint, &touching_.back().feedback);
+    load(contact, a.robot_geom);
+    solved_.push_back(contact);
+    touching_.push_back({a.owner, b.owner, a.robot_geom, b.robot_geom, normal, p, geometry.depth, 0});
     any = true;
   }
   return any;
 }
 
-void Contacts::stick(dContact& contact, const Side& hand, const Side& object) {
+std::vector<Contacts::Load> Contacts::loads() const {
+  if (loads_restored_) return former_loads_;
+  std::vector<Load> made;
+  for (std::size_t i = 0; i < solved_.size(); ++i) {
+    const ContactSolver::Contact& c = solved_[i];
+    made.push_back({c.a, c.b, touching_[i].robot_geom, c.p_World_m, c.force_World_N, c.torque_World_Nm});
+  }
+  return made;
+}
+
+void Contacts::load(ContactSolver::Contact& contact, int robot_geom) {
+  // contacts come in the same order as in the step before, but for those that are new
+  constexpr std::size_t kNear = 24;
+  const std::size_t count = former_loads_.size();
+  double nearest = kSameGrip_m;
+  std::size_t found = count;
+  for (std::size_t i = 0; i < std::min(kNear, count); ++i) {
+    const std::size_t k = (next_load_ + count + i - std::min(kNear, count) / 2) % count;
+    const Load& load = former_loads_[k];
+    if (load.a.link != contact.a.link || load.a.object != contact.a.object || load.b.link != contact.b.link ||
+        load.b.object != contact.b.object || load.robot_geom != robot_geom)
+      continue;
+    const double distance = (load.p_World_m - contact.p_World_m).norm();
+    if (distance >= nearest) continue;
+    nearest = distance;
+    found = k;
+  }
+  if (found == count) return;
+  contact.force_World_N = former_loads_[found].force_World_N;
+  contact.torque_World_Nm = former_loads_[found].torque_World_Nm;
+  former_loads_[found].a = former_loads_[found].b = {-1, -1};  // each is taken once
+  next_load_ = found + 1;
+}
+
+void Contacts::stick(ContactSolver::Contact& contact, const Side& hand, const Side& object) {
   const Eigen::Isometry3d X_WorldLink = body_pose(hand.body);
   const Eigen::Isometry3d X_WorldObject = body_pose(object.body);
-  const Eigen::Vector3d normal = to_eigen(contact.geom.normal);
-  const Eigen::Vector3d p = to_eigen(contact.geom.pos);
+  const Eigen::Vector3d& normal = contact.normal_World;
+  const Eigen::Vector3d& p = contact.p_World_m;
 
   // the grip of the step before that was here
   const Grip* former = nullptr;
@@ -213,9 +248,8 @@ void Contacts::stick(dContact& contact, const Side& hand, const Side& object) {
   grips_.push_back(grip);
   const double length = slip.norm();
   if (length < 1e-9) return;
-  contact.surface.mode |= dContactFDir1 | dContactMotion1;
-  for (int i = 0; i < 3; ++i) contact.fdir1[i] = slip[i] / length;
-  contact.surface.motion1 = -kGripRate_1_s * length;
+  contact.tangent_World = slip / length;
+  contact.tangent_speed_m_s = -kGripRate_1_s * length;
 }
 
 bool Contacts::collide_robot(const RobotGeom& part, const Side& robot, dGeomID geom, const Side& object) {
@@ -252,8 +286,11 @@ bool Contacts::collide_objects(const ObjectBody& a, std::size_t index_a, const O
 }
 
 void Contacts::find(const Objects& objects, double step_s) {
-  dJointGroupEmpty(joints_);
+  former_loads_ = loads();
+  loads_restored_ = false;
+  next_load_ = 0;
   touching_.clear();
+  solved_.clear();
   former_grips_.swap(grips_);
   grips_.clear();
   for (RobotGeom& part : robot_geoms_) dGeomGetAABB(part.geom, part.aabb.data());
@@ -280,19 +317,21 @@ void Contacts::find(const Objects& objects, double step_s) {
       }
     }
     if (by_robot) {
-      if (!awake(object)) object.wake();
+      object.wake();
     } else {
       object.rest_if_quiet(step_s);
     }
   }
+  collide_self();
   // objects against each other: a thing that moves wakes the thing that it meets
   for (std::size_t j = 0; j < objects.size(); ++j) {
     for (std::size_t k = j + 1; k < objects.size(); ++k) {
       if (objects[j]->body() == nullptr || objects[k]->body() == nullptr) continue;
       if (!awake(*objects[j]) && !awake(*objects[k])) continue;
       if (!collide_objects(*objects[j], j, *objects[k], k)) continue;
-      if (!awake(*objects[j])) dBodyEnable(objects[j]->body());
-      if (!awake(*objects[k])) dBodyEnable(objects[k]->body());
+      // what hardly moves lets its neighbour sleep, or stacks would keep each other awake
+      if (!awake(*objects[j]) && !objects[k]->hardly_moves()) dBodyEnable(objects[j]->body());
+      if (!awake(*objects[k]) && !objects[j]->hardly_moves()) dBodyEnable(objects[k]->body());
     }
   }
   // what is awake against what never moves
@@ -311,16 +350,84 @@ void Contacts::find(const Objects& objects, double step_s) {
   }
 }
 
+void Contacts::begin_self_collision() {
+  const RobotTree& tree = robot_.tree();
+  // hinges between two links
+  const auto apart = [&tree](std::size_t a, std::size_t b) {
+    const auto path_a = tree.path(a);
+    const auto path_b = tree.path(b);
+    std::size_t shared = 0;
+    while (shared < path_a.size() && shared < path_b.size() && path_a[shared] == path_b[shared]) ++shared;
+    return path_a.size() + path_b.size() - 2 * shared;
+  };
+  self_pairs_.clear();
+  for (std::size_t r = 0; r < robot_geoms_.size(); ++r) {
+    for (std::size_t s = r + 1; s < robot_geoms_.size(); ++s) {
+      const RobotGeom& a = robot_geoms_[r];
+      const RobotGeom& b = robot_geoms_[s];
+      if (a.link == b.link || apart(a.link, b.link) <= 2) continue;
+      dContactGeom found;
+      if (dCollide(a.geom, b.geom, 1, &found, sizeof found) > 0) continue;
+      self_pairs_.emplace_back(static_cast<int>(r), static_cast<int>(s));
+    }
+  }
+}
+
+void Contacts::collide_self() {
+  for (const auto& [r, s] : near_pairs_) {
+    const RobotGeom* a = &robot_geoms_[r];
+    const RobotGeom* b = &robot_geoms_[s];
+    if (!overlap(a->aabb.data(), b->aabb.data())) continue;
+    int first = r;
+    int second = s;
+    // side a moves, and is the capsule if there is one
+    if (a->link == 0 || (a->spheres[0] == nullptr && b->spheres[0] != nullptr && b->link != 0)) {
+      std::swap(a, b);
+      std::swap(first, second);
+    }
+    const Side side_a{{OwnerKind::kLink, a->link}, &a->surface, robot_.bodies()[a->link], first};
+    const Side side_b{{OwnerKind::kLink, b->link}, &b->surface, robot_.bodies()[b->link], second};
+    const bool awake_a = robot_.awake(robot_.tree().limb_of(a->link));
+    const bool awake_b = b->link != 0 && robot_.awake(robot_.tree().limb_of(b->link));
+    if (!awake_a && !awake_b) continue;
+    if (!collide_robot(*a, side_a, b->geom, side_b)) continue;
+    if (side_a.body != nullptr) dBodyEnable(side_a.body);
+    if (side_b.body != nullptr) dBodyEnable(side_b.body);
+  }
+}
+
 void Contacts::begin_period() {
+  near_pairs_.clear();
+  if (!self_pairs_.empty()) {
+    // boxes that hold what a shape may reach within the period
+    std::vector<std::array<dReal, 6>> reach(robot_geoms_.size());
+    for (std::size_t i = 0; i < robot_geoms_.size(); ++i) {
+      dGeomGetAABB(robot_geoms_[i].geom, reach[i].data());
+      dBodyID body = robot_.bodies()[robot_geoms_[i].link];
+      double margin_m = kSelfMargin_m;
+      if (body != nullptr) {
+        const double size_m =
+            std::max({reach[i][1] - reach[i][0], reach[i][3] - reach[i][2], reach[i][5] - reach[i][4]});
+        margin_m +=
+            2 * Simulation::kControlPeriod_s *
+            (to_eigen(dBodyGetLinearVel(body)).norm() + size_m * to_eigen(dBodyGetAngularVel(body)).norm());
+      }
+      for (int k = 0; k < 6; ++k) reach[i][k] += k % 2 == 0 ? -margin_m : margin_m;
+    }
+    for (const auto& pair : self_pairs_) {
+      if (overlap(reach[pair.first].data(), reach[pair.second].data())) near_pairs_.push_back(pair);
+    }
+  }
   sum_ = {};
   steps_ = 0;
 }
 
 void Contacts::read_forces() {
-  for (Touching& t : touching_) {
-    // ODE's first body is never missing here: side a always has one
-    t.force_N = std::abs(to_eigen(t.feedback.f1).dot(t.normal_World));
-    if (t.robot_geom < 0) continue;
+  for (std::size_t i = 0; i < touching_.size(); ++i) {
+    Touching& t = touching_[i];
+    t.force_N = solved_[i].normal_force_N;
+    // the pads feel the world, not the robot's own hand
+    if (t.robot_geom < 0 || t.robot_geom_b >= 0) continue;
     const RobotGeom& part = robot_geoms_[t.robot_geom];
     if (!part.pad) continue;
     sum_[part.hand].on[part.finger] = true;
@@ -338,12 +445,13 @@ void Contacts::end_period() {
 
 void Contacts::force_on_link(std::size_t link, const Eigen::Vector3d& p_World_m, Eigen::Vector3d& force_N,
                              Eigen::Vector3d& torque_Nm) const {
-  for (const Touching& t : touching_) {
-    if (t.a.kind != OwnerKind::kLink || t.a.index != link || link == 0) continue;
-    const Eigen::Vector3d center = to_eigen(dBodyGetPosition(robot_.bodies()[link]));
-    const Eigen::Vector3d force = to_eigen(t.feedback.f1);
-    force_N += force;
-    torque_Nm += to_eigen(t.feedback.t1) + (center - p_World_m).cross(force);
+  const int index = static_cast<int>(link);
+  for (const ContactSolver::Contact& contact : solved_) {
+    if (index == 0 || (contact.a.link != index && contact.b.link != index)) continue;
+    const double sign = contact.a.link == index ? 1 : -1;
+    force_N += sign * contact.force_World_N;
+    torque_Nm +=
+        sign * (contact.torque_World_Nm + (contact.p_World_m - p_World_m).cross(contact.force_World_N));
   }
 }
 
@@ -351,12 +459,18 @@ void Contacts::restore(const State& state) {
   touch_ = state.touch;
   forget();
   grips_ = state.grips;
+  former_loads_ = state.loads;
+  loads_restored_ = true;
 }
 
+Contacts::State Contacts::save() const { return {touch_, grips_, loads()}; }
+
 void Contacts::forget() {
-  dJointGroupEmpty(joints_);
   touching_.clear();
+  solved_.clear();
   grips_.clear();
+  former_loads_.clear();
+  loads_restored_ = false;
 }
 
 std::string Contacts::name_of(const Owner& owner, int robot_geom, const Objects& objects) const {
@@ -369,11 +483,12 @@ std::vector<ContactPair> Contacts::pairs(const Objects& objects) const {
   std::map<std::pair<std::string, std::string>, std::pair<ContactPair, int>> sums;
   for (const Touching& t : touching_) {
     const std::string a = name_of(t.a, t.robot_geom, objects);
-    const std::string b = name_of(t.b, -1, objects);
+    const std::string b = name_of(t.b, t.robot_geom_b, objects);
     auto& [pair, count] = sums[{a, b}];
     pair.a = a;
     pair.b = b;
     pair.a_is_robot = t.a.kind == OwnerKind::kLink;
+    pair.b_is_robot = t.b.kind == OwnerKind::kLink;
     pair.force_N += t.force_N;
     pair.p_World_m += t.p_World_m;
     pair.depth_m = std::max(pair.depth_m, t.depth_m);

@@ -6,6 +6,7 @@
 #include <memory>
 #include <vector>
 
+#include "contact_solver.h"
 #include "control_block.h"
 #include "nido/simulator/simulation.h"
 #include "objects.h"
@@ -18,7 +19,10 @@ namespace nido::sim {
 // was reached.
 class Contacts {
  public:
-  Contacts(dWorldID world, const RobotBody& robot, const ControlBlock& block);
+  Contacts(RobotBody& robot, const ControlBlock& block);
+  // From now on the robot touches itself, but for pairs of shapes that belong to the same link or to links
+  // within two hinges of each other, and those that overlap in the posture in which it is now.
+  void begin_self_collision();
   ~Contacts();
   Contacts(const Contacts&) = delete;
   Contacts& operator=(const Contacts&) = delete;
@@ -28,6 +32,8 @@ class Contacts {
   // Makes the contact joints of this step, wakes what was touched, lets quiet things sleep that the robot
   // does not touch.
   void find(const Objects& objects, double step_s);
+  // For the solver: it fills in the forces. In the order in which they were found.
+  [[nodiscard]] std::vector<ContactSolver::Contact>& found() { return solved_; }
   // Sums what the solver made of them.
   void read_forces();
   // Forgets the sums of the period before.
@@ -54,11 +60,22 @@ class Contacts {
     Eigen::Vector3d p_ObjectAnchor_m = Eigen::Vector3d::Zero();  // in the frame of the object's body
   };
 
+  // What a contact bore in the step before: the solver starts from there.
+  struct Load {
+    ContactSolver::Side a;
+    ContactSolver::Side b;
+    int robot_geom = -1;
+    Eigen::Vector3d p_World_m = Eigen::Vector3d::Zero();
+    Eigen::Vector3d force_World_N = Eigen::Vector3d::Zero();
+    Eigen::Vector3d torque_World_Nm = Eigen::Vector3d::Zero();
+  };
+
   struct State {
     std::array<HandTouch, 2> touch;
     std::vector<Grip> grips;
+    std::vector<Load> loads;
   };
-  [[nodiscard]] State save() const { return {touch_, grips_}; }
+  [[nodiscard]] State save() const;
   void restore(const State& state);
   // Drops all contacts and grips, as needed when objects come, go or are moved by hand.
   void forget();
@@ -83,11 +100,11 @@ class Contacts {
   struct Touching {
     Owner a;
     Owner b;
-    int robot_geom = -1;  // index into robot_geoms_ when a is a link
+    int robot_geom = -1;    // index into robot_geoms_ when a is a link
+    int robot_geom_b = -1;  // and when b is one
     Eigen::Vector3d normal_World;
     Eigen::Vector3d p_World_m;
     double depth_m = 0;
-    dJointFeedback feedback;
     double force_N = 0;
   };
 
@@ -103,20 +120,29 @@ class Contacts {
   bool collide(dGeomID geom_a, dGeomID geom_b, const Side& a, const Side& b, std::size_t first,
                double apart_m);
   bool collide_robot(const RobotGeom& part, const Side& robot, dGeomID geom, const Side& object);
+  void collide_self();
   bool collide_objects(const ObjectBody& a, std::size_t index_a, const ObjectBody& b, std::size_t index_b);
   // Finds or makes the grip of this contact and asks the solver to undo what it slipped.
-  void stick(dContact& contact, const Side& hand, const Side& object);
+  void stick(ContactSolver::Contact& contact, const Side& hand, const Side& object);
+  // Gives the contact what it bore in the step before.
+  void load(ContactSolver::Contact& contact, int robot_geom);
+  [[nodiscard]] std::vector<Load> loads() const;
   [[nodiscard]] std::string name_of(const Owner& owner, int robot_geom, const Objects& objects) const;
 
-  dWorldID world_;
-  dJointGroupID joints_;
   dGeomID floor_;
-  const RobotBody& robot_;
+  RobotBody& robot_;
   std::vector<RobotGeom> robot_geoms_;
   std::vector<dTriMeshDataID> mesh_data_;
-  std::vector<Touching> touching_;  // of this step; never grows beyond its first capacity
-  std::vector<Grip> grips_;         // of this step
-  std::vector<Grip> former_grips_;  // of the step before
+  std::vector<Touching> touching_;              // of this step
+  std::vector<ContactSolver::Contact> solved_;  // the same ones, for the solver
+  std::vector<Grip> grips_;                     // of this step
+  std::vector<Grip> former_grips_;              // of the step before
+  // pairs of robot_geoms_ that may touch; those of them that are near enough to do so in this control period
+  std::vector<std::pair<int, int>> self_pairs_;
+  std::vector<std::pair<int, int>> near_pairs_;
+  std::vector<Load> former_loads_;  // of the step before
+  bool loads_restored_ = false;     // they came with a saved state
+  std::size_t next_load_ = 0;       // where the next contact probably finds its own
   std::array<HandTouch, 2> sum_{};
   std::array<HandTouch, 2> touch_{};
   int steps_ = 0;

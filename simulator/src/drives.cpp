@@ -12,7 +12,9 @@ constexpr double kFingerGain_1_s = 40;
 constexpr double kVelocityLeash_rad =
     0.1;  // velocity mode: how far its reference may run ahead of a blocked joint
 constexpr double kIdleFriction = 0.01;  // share of the largest torque that a motor without power resists with
-constexpr double kStandstill_rad_s = 1e-3;    // slower joints stand, as far as friction is concerned
+constexpr double kStandstill_rad_s = 1e-3;  // slower joints stand, as far as friction is concerned
+// A servo is no wall: it gives all its torque when the joint stands so far from where it should.
+constexpr double kServoGive_rad = 0.02;
 constexpr double kDone_rad = 0.0174533;       // 1 degree
 constexpr double kPeakOfMinimumJerk = 1.875;  // highest by mean velocity
 
@@ -394,7 +396,7 @@ void Drives::watch_limits(const RobotBody& robot) {
   }
 }
 
-void Drives::drive(double fraction, const RobotBody& robot) {
+void Drives::drive(double fraction, RobotBody& robot) {
   watch_limits(robot);
   // where gravity pulls at a hinge, weight that lags by a control period would feed a swing with energy
   const bool swings = std::any_of(axes_.begin(), axes_.end(),
@@ -420,15 +422,16 @@ void Drives::drive(double fraction, const RobotBody& robot) {
       if (mode == JointMode::kTorque) torque += sign * state.measured.target;
       if (mode == JointMode::kPwm) torque += sign * state.measured.target * hinge.max_torque_Nm;
     }
-    dJointID joint = robot.hinges()[i];
+    const auto motor = [&robot, i](double speed_rad_s, double most_torque_Nm) {
+      robot.tree().set_motor(i, {speed_rad_s, most_torque_Nm});
+    };
     if (servo) {
       const double error = reference - robot.angle_rad(i);
       const double velocity = std::clamp(feedforward + hinge.gain_1_s * error, -hinge.max_velocity_rad_s,
                                          hinge.max_velocity_rad_s);
       // what the motor spends on gravity it does not have for the rest
       const double left = std::max(hinge.max_torque_Nm - std::abs(gravity_Nm_[i]), 0.1 * hinge.max_torque_Nm);
-      dJointSetHingeParam(joint, dParamVel, velocity);
-      dJointSetHingeParam(joint, dParamFMax, left);
+      robot.tree().set_motor(i, {velocity, left, hinge.gain_1_s * kServoGive_rad});
       continue;
     }
     // without a servo gravity pulls at the hinge; a motor that wants the largest speed with just this torque
@@ -440,12 +443,10 @@ void Drives::drive(double fraction, const RobotBody& robot) {
     const bool brakes = std::abs(velocity) > kStandstill_rad_s && velocity * torque < 0;
     const double size = std::abs(torque);
     if (size > friction) {
-      dJointSetHingeParam(joint, dParamVel, std::copysign(hinge.max_velocity_rad_s, torque));
-      dJointSetHingeParam(joint, dParamFMax, brakes ? size + friction : size - friction);
+      motor(std::copysign(hinge.max_velocity_rad_s, torque), brakes ? size + friction : size - friction);
     } else {
       const bool drives = velocity * torque > 0 && std::abs(velocity) > kStandstill_rad_s;
-      dJointSetHingeParam(joint, dParamVel, 0);
-      dJointSetHingeParam(joint, dParamFMax, brakes ? friction + size : drives ? friction - size : friction);
+      motor(0, brakes ? friction + size : drives ? friction - size : friction);
     }
   }
 }
@@ -467,7 +468,7 @@ bool Drives::still(std::size_t link, const RobotBody& robot) const {
 void Drives::accumulate(const RobotBody& robot) {
   // the motor also bears gravity, which the solver does not see
   for (std::size_t i = 1; i < hinges_.size(); ++i)
-    hinge_torque_Nm_[i] += robot.constraint_torque_Nm(i) - gravity_Nm_[i];
+    hinge_torque_Nm_[i] += robot.tree().motor_torque_Nm(i) - gravity_Nm_[i];
   ++steps_;
 }
 

@@ -52,7 +52,7 @@ class Drives {
   // Once a control period, before its physics steps.
   void begin_period(double time_s, double period_s, const RobotBody& robot);
   // Before every physics step; `fraction`: how much of the control period will have passed after it, 0..1.
-  void drive(double fraction, const RobotBody& robot);
+  void drive(double fraction, RobotBody& robot);
   // After every physics step.
   void accumulate(const RobotBody& robot);
   // After the last physics step of a period.

@@ -10,6 +10,8 @@ namespace {
 
 constexpr double kQuietSpeed_m_s = 0.006;
 constexpr double kQuietTurn_rad_s = 0.15;
+constexpr double kStillSpeed_m_s = 0.001;
+constexpr double kStillTurn_rad_s = 0.03;
 constexpr double kQuietTime_s = 0.2;
 
 }  // namespace
@@ -153,6 +155,11 @@ void ObjectBody::rest_if_quiet(double step_s) {
     dBodyDisable(body_);
     quiet_s_ = 0;
   }
+}
+
+bool ObjectBody::hardly_moves() const {
+  return body_ == nullptr || (to_eigen(dBodyGetLinearVel(body_)).norm() < kStillSpeed_m_s &&
+                              to_eigen(dBodyGetAngularVel(body_)).norm() < kStillTurn_rad_s);
 }
 
 void ObjectBody::wake() {

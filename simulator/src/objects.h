@@ -65,6 +65,7 @@ class ObjectBody {
 
   // Objects at rest for a while sleep until something touches or moves them; counted in physics steps.
   void rest_if_quiet(double step_s);
+  [[nodiscard]] bool hardly_moves() const;
   void wake();
 
   struct Push {

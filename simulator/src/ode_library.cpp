@@ -7,9 +7,6 @@
 
 namespace {
 
-// xorshift state of this thread's solver order
-thread_local std::uint32_t solver_random_state = 1;  // NOLINT: one per thread, seeded before every step
-
 [[noreturn]] void raise(int number, const char* format, va_list arguments) {
   std::array<char, 512> text{};
   std::vsnprintf(text.data(), text.size(), format, arguments);
@@ -20,18 +17,6 @@ thread_local std::uint32_t solver_random_state = 1;  // NOLINT: one per thread, 
 void ignore_message(int /*number*/, const char* /*format*/, va_list /*arguments*/) {}
 
 }  // namespace
-
-// QuickStep shuffles its rows with this function of ODE. Defining it here replaces the library's own, whose
-// state is shared by all threads of a process and would make parallel simulations depend on each other's
-// timing.
-extern "C" int dRandInt(int n) {
-  if (n <= 1) return 0;
-  solver_random_state ^= solver_random_state << 13U;
-  solver_random_state ^= solver_random_state >> 17U;
-  solver_random_state ^= solver_random_state << 5U;
-  return static_cast<int>((static_cast<std::uint64_t>(solver_random_state) * static_cast<std::uint64_t>(n)) >>
-                          32U);
-}
 
 namespace nido::sim {
 
@@ -48,15 +33,6 @@ void prepare_ode() {
     dAllocateODEDataForThread(dAllocateMaskAll);
     prepared = true;
   }
-}
-
-void seed_solver(std::uint32_t seed) {
-  // spread near seeds apart; xorshift must not start at zero
-  std::uint32_t mixed = seed * 2654435761U + 0x9E3779B9U;
-  mixed ^= mixed >> 16U;
-  mixed *= 0x85EBCA6BU;
-  mixed ^= mixed >> 13U;
-  solver_random_state = mixed == 0 ? 1U : mixed;
 }
 
 Eigen::Quaterniond body_orientation(dBodyID body) {

@@ -20,10 +20,6 @@ class OdeError : public std::runtime_error {
 // each thread, and turns its errors into OdeError. Cheap when done already.
 void prepare_ode();
 
-// Seeds the order in which the solver visits constraints. ODE keeps one generator for the whole process; here
-// it is one for each thread, so that simulations in several threads stay repeatable.
-void seed_solver(std::uint32_t seed);
-
 [[nodiscard]] inline Eigen::Vector3d to_eigen(const dReal* v) { return {v[0], v[1], v[2]}; }
 [[nodiscard]] Eigen::Isometry3d body_pose(dBodyID body);
 

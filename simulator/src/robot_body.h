@@ -7,13 +7,14 @@
 #include <vector>
 
 #include "robot_description.h"
+#include "robot_tree.h"
 
 namespace nido::sim {
 
-// The robot as ODE bodies and hinges. Bodies carry no gravity: a servo that compensates gravity perfectly
-// cancels it in every hinge, so it is put back only into the hinges whose drive does not compensate it
-// (gravity_torques()). That is the same motion, but the solver need not carry the arm's weight through its
-// chain of hinges in every step.
+// The robot: its motion is the tree's, and every link has an ODE body that follows it and carries what can
+// touch. Links carry no gravity: a servo that compensates gravity perfectly cancels it in every hinge, so it
+// is put back only into the hinges whose drive does not compensate it (gravity_torques()). That is the same
+// motion.
 class RobotBody {
  public:
   RobotBody(dWorldID world, RobotDescription description);
@@ -23,25 +24,34 @@ class RobotBody {
 
   [[nodiscard]] const RobotDescription& description() const { return description_; }
   [[nodiscard]] std::size_t link_count() const { return description_.links.size(); }
+  [[nodiscard]] RobotTree& tree() { return tree_; }
+  [[nodiscard]] const RobotTree& tree() const { return tree_; }
 
-  // One for each link but 0 (index 0: nullptr).
+  // One for each link but 0 (index 0: nullptr). Enabled: its limb moves.
   [[nodiscard]] const std::vector<dBodyID>& bodies() const { return bodies_; }
-  [[nodiscard]] const std::vector<dJointID>& hinges() const { return hinges_; }
-  // Feedback of every hinge, written by the solver.
-  [[nodiscard]] const std::vector<dJointFeedback>& feedback() const { return feedback_; }
 
-  [[nodiscard]] double angle_rad(std::size_t link) const { return dJointGetHingeAngle(hinges_[link]); }
-  [[nodiscard]] double velocity_rad_s(std::size_t link) const {
-    return dJointGetHingeAngleRate(hinges_[link]);
-  }
+  [[nodiscard]] double angle_rad(std::size_t link) const { return tree_.angle_rad(link); }
+  [[nodiscard]] double velocity_rad_s(std::size_t link) const { return tree_.speed_rad_s(link); }
   [[nodiscard]] Eigen::Isometry3d X_WorldLink(std::size_t link) const;
 
   // Moves all links to the angles (by link; 0 unused) at once, at rest.
   void place(const std::vector<double>& angle_rad);
   // Torque that gravity exerts about each hinge (by link).
   void gravity_torques(std::vector<double>& torque_Nm) const;
-  // Torque about the hinge that the solver applied in the last step: motor and end stop.
-  [[nodiscard]] double constraint_torque_Nm(std::size_t link) const;
+
+  // A limb on the root whose first link is awake is awake as a whole; else it stands still and costs nothing.
+  void wake(std::size_t link) { dBodyEnable(bodies_[link]); }
+  void rest(std::size_t limb);
+  [[nodiscard]] bool awake(std::size_t limb) const;
+  // Tells the bodies of a limb where its links are now.
+  void show(std::size_t limb);
+
+  struct State {
+    RobotTree::State tree;
+    std::vector<bool> awake;  // by link
+  };
+  [[nodiscard]] State save() const;
+  void restore(const State& state);
 
   // Pose of a URDF frame; link index and fixed offset.
   struct Frame {
@@ -52,9 +62,8 @@ class RobotBody {
 
  private:
   RobotDescription description_;
+  RobotTree tree_;
   std::vector<dBodyID> bodies_;
-  std::vector<dJointID> hinges_;
-  std::vector<dJointFeedback> feedback_;
 };
 
 }  // namespace nido::sim

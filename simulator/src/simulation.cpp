@@ -13,7 +13,7 @@ struct SavedState::Data {
   const void* owner = nullptr;
   std::uint64_t object_set = 0;
   std::int64_t period = 0;
-  std::vector<ObjectBody::Motion> links;
+  RobotBody::State robot;
   std::vector<ObjectBody::Motion> objects;
   Drives::State drives;
   Contacts::State contacts;
@@ -71,18 +71,14 @@ void Simulation::Impl::wake_all() {
 }
 
 void Simulation::Impl::rest_still_limbs() {
-  for (const std::vector<std::size_t>& limb : limbs) {
-    const bool still = std::all_of(limb.begin(), limb.end(),
-                                   [this](std::size_t link) { return drives->still(link, *robot); });
-    for (const std::size_t link : limb) {
-      dBodyID body = robot->bodies()[link];
-      if (!still) {
-        dBodyEnable(body);
-      } else if (dBodyIsEnabled(body) != 0) {
-        dBodySetLinearVel(body, 0, 0, 0);
-        dBodySetAngularVel(body, 0, 0, 0);
-        dBodyDisable(body);
-      }
+  for (std::size_t limb = 0; limb < robot->tree().limb_count(); ++limb) {
+    const auto [first, end] = robot->tree().limb(limb);
+    bool still = true;
+    for (std::size_t link = first; link < end && still; ++link) still = drives->still(link, *robot);
+    if (still) {
+      robot->rest(limb);
+    } else {
+      robot->wake(first);
     }
   }
 }
@@ -139,7 +135,7 @@ Result<std::unique_ptr<Simulation>> Simulation::create(const SimulationOptions& 
   }
   if (options.solver_iterations < 20 || options.solver_iterations > 1000) {
     return Error{ErrorCode::kInvalidArgument,
-                 "solver_iterations must be 20 to 1000; with fewer the joints come apart"};
+                 "solver_iterations must be 20 to 1000; with fewer what touches is not told apart well"};
   }
   auto description = read_robot(options.urdf_path);
   if (!description) return description.error();
@@ -155,16 +151,7 @@ Result<std::unique_ptr<Simulation>> Simulation::create(const SimulationOptions& 
     impl->options = options;
     impl->block = std::move(*block);
     impl->start = std::move(*world);
-    dWorldID id = impl->world.id();
-    dWorldSetGravity(id, 0, 0, -9.81);
-    dWorldSetERP(id, 0.4);
-    dWorldSetCFM(id, 1e-7);
-    dWorldSetContactMaxCorrectingVel(id, 1.0);
-    dWorldSetContactSurfaceLayer(id, 0.0002);
-    dWorldSetQuickStepNumIterations(id, options.solver_iterations);
-    dWorldSetAutoDisableFlag(id, 0);
-
-    impl->robot = std::make_unique<RobotBody>(id, std::move(*description));
+    impl->robot = std::make_unique<RobotBody>(impl->world.id(), std::move(*description));
     auto drives = Drives::create(*impl->robot, impl->block);
     if (!drives)
       return Error{drives.error().code, options.urdf_path.string() + ": " + drives.error().message};
@@ -179,19 +166,8 @@ Result<std::unique_ptr<Simulation>> Simulation::create(const SimulationOptions& 
                      options.world_path.string() + ": posture_deg: " + fits.error().message};
       }
     }
-    impl->contacts = std::make_unique<Contacts>(id, *impl->robot, impl->block);
+    impl->contacts = std::make_unique<Contacts>(*impl->robot, impl->block);
     const auto& links = impl->robot->description().links;
-    for (std::size_t i = 1; i < links.size(); ++i) {
-      // a limb is everything that hangs on one child of the root
-      if (links[i].parent == 0) {
-        impl->limbs.push_back({i});
-        continue;
-      }
-      for (std::vector<std::size_t>& limb : impl->limbs) {
-        if (std::find(limb.begin(), limb.end(), static_cast<std::size_t>(links[i].parent)) != limb.end())
-          limb.push_back(i);
-      }
-    }
     for (const LinkDescription& link : links) {
       for (const NamedFrame& frame : link.frames) impl->link_names.push_back(frame.name);
     }
@@ -206,6 +182,7 @@ Result<std::unique_ptr<Simulation>> Simulation::create(const SimulationOptions& 
     impl->limb_forces = std::make_unique<LimbForces>(*impl->robot, impl->block);
     impl->inertial = impl->robot->find_frame(impl->block.inertial_link);
     impl->drives->go_home(*impl->robot);
+    if (options.self_collision) impl->contacts->begin_self_collision();
     impl->build_objects();
     auto simulation = std::unique_ptr<Simulation>(new Simulation(std::move(impl)));
     simulation->impl_->drives->measure(*simulation->impl_->robot);
@@ -236,14 +213,13 @@ Status Simulation::step(double duration_s) {
       s.rest_still_limbs();
       s.contacts->begin_period();
       for (int i = 0; i < steps; ++i) {
-        // the order of the solver's rows follows from seed and time alone, so that a restored state has the
-        // same future
-        seed_solver(static_cast<std::uint32_t>(s.options.seed * 1000003ULL + s.period * steps + i));
         s.drives->drive((i + 1.0) / steps, *s.robot);
         s.contacts->find(s.objects, s.options.physics_step_s);
         for (auto& object : s.objects) object->apply_push(s.options.physics_step_s);
-        if (dWorldQuickStep(s.world.id(), s.options.physics_step_s) == 0)
-          throw OdeError("physics engine: out of memory");
+        s.free_bodies.clear();
+        for (const auto& object : s.objects) s.free_bodies.push_back(object->body());
+        s.solver.step(*s.robot, s.free_bodies, s.contacts->found(), s.options.physics_step_s,
+                      s.options.solver_iterations);
         s.contacts->read_forces();
         s.drives->accumulate(*s.robot);
       }
@@ -290,7 +266,7 @@ SavedState Simulation::Impl::save() const {
   d.owner = this;
   d.object_set = object_set;
   d.period = period;
-  for (std::size_t i = 1; i < robot->link_count(); ++i) d.links.push_back(read_motion(robot->bodies()[i]));
+  d.robot = robot->save();
   for (const auto& object : objects) d.objects.push_back(object->motion());
   d.drives = drives->save();
   d.contacts = contacts->save();
@@ -312,7 +288,7 @@ Status Simulation::Impl::restore(const SavedState& state) {
   if (d.object_set != object_set) {
     return Error{ErrorCode::kInvalidArgument, "objects were made or deleted since the state was saved"};
   }
-  for (std::size_t i = 1; i < robot->link_count(); ++i) write_motion(robot->bodies()[i], d.links[i - 1]);
+  robot->restore(d.robot);
   for (std::size_t i = 0; i < objects.size(); ++i) objects[i]->set_motion(d.objects[i]);
   drives->restore(d.drives);
   contacts->restore(d.contacts);

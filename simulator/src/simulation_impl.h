@@ -21,21 +21,14 @@ namespace nido::sim {
 // Owns an ODE world; must outlive everything in it.
 class OdeWorld {
  public:
-  // a threading of its own: ODE's default one is shared by all worlds and not safe when two threads step
-  OdeWorld() : id_(dWorldCreate()), threading_(dThreadingAllocateSelfThreadedImplementation()) {
-    dWorldSetStepThreadingImplementation(id_, dThreadingImplementationGetFunctions(threading_), threading_);
-  }
-  ~OdeWorld() {
-    dWorldDestroy(id_);
-    dThreadingFreeImplementation(threading_);
-  }
+  OdeWorld() : id_(dWorldCreate()) {}
+  ~OdeWorld() { dWorldDestroy(id_); }
   OdeWorld(const OdeWorld&) = delete;
   OdeWorld& operator=(const OdeWorld&) = delete;
   [[nodiscard]] dWorldID id() const { return id_; }
 
  private:
   dWorldID id_;
-  dThreadingImplementationID threading_;
 };
 
 // Everything that a simulation can come back to, objects that were deleted since included.
@@ -55,6 +48,8 @@ struct Simulation::Impl {
   std::unique_ptr<Drives> drives;
   std::unique_ptr<Contacts> contacts;
   std::unique_ptr<LimbForces> limb_forces;
+  ContactSolver solver;
+  std::vector<dBodyID> free_bodies;  // of the objects
   std::vector<std::unique_ptr<ObjectBody>> objects;
   std::int64_t period = 0;       // control periods since the start
   std::uint64_t revision = 1;    // of what there is to draw
@@ -81,7 +76,6 @@ struct Simulation::Impl {
   [[nodiscard]] bool is_inside(std::size_t object, std::size_t basket) const;
   // Limbs on the fixed root (legs; torso with arms and head) whose joints all stand still are not simulated
   // until something moves or touches them.
-  std::vector<std::vector<std::size_t>> limbs;
   void rest_still_limbs();
   // Everything that sleeps looks again whether it still lies on something.
   void wake_all();

@@ -70,7 +70,7 @@ int main(int argc, char** argv) {
 #endif
 
   constexpr int kPeriods = 20;
-  constexpr int kWarmUp = 2;
+  constexpr int kWarmUp = 4;
   using Clock = std::chrono::steady_clock;
   for (int piece = -kWarmUp; piece < pieces; ++piece) {
     for (Measured& m : all) {  // interleaved: the machine's moods hit all alike

@@ -2,7 +2,7 @@
 
 #include "ode_library.h"
 #include "physics_scene.h"
-#include "robot_body.h"
+#include "robot_description.h"
 #include "simulation_impl.h"
 
 namespace nido::bench {
@@ -16,11 +16,33 @@ class BareOde : public Contender {
     dWorldSetERP(world_.id(), 0.4);
     dWorldSetCFM(world_.id(), 1e-7);
     dWorldSetQuickStepNumIterations(world_.id(), 20);
-    robot_ = std::make_unique<sim::RobotBody>(world_.id(), std::move(description));
-    const auto& links = robot_->description().links;
+    links_ = std::move(description.links);
+    const auto& links = links_;
+    body_.assign(links.size(), nullptr);
+    hinge_.assign(links.size(), nullptr);
+    std::vector<Eigen::Isometry3d> X_WorldLink(links.size(), Eigen::Isometry3d::Identity());
     for (std::size_t i = 1; i < links.size(); ++i) {
-      dBodySetGravityMode(robot_->bodies()[i], 1);
-      hinge_of_link_.push_back(scene.model().hinge_index(links[i].joint_name).value());
+      const sim::LinkDescription& link = links[i];
+      hinge_of_link_.push_back(scene.model().hinge_index(link.joint_name).value());
+      X_WorldLink[i] = X_WorldLink[static_cast<std::size_t>(link.parent)] * link.X_ParentLink;
+      body_[i] = dBodyCreate(world_.id());
+      Eigen::Isometry3d X_WorldBody = X_WorldLink[i];
+      X_WorldBody.translation() = X_WorldLink[i] * link.mass.center_m;
+      sim::set_body_pose(body_[i], X_WorldBody);
+      const double mass_kg = std::max(link.mass.mass_kg, 0.02);
+      const Eigen::Matrix3d I =
+          link.mass.inertia_kgm2 * (mass_kg / link.mass.mass_kg) + 2e-5 * Eigen::Matrix3d::Identity();
+      dMass mass;
+      dMassSetParameters(&mass, mass_kg, 0, 0, 0, I(0, 0), I(1, 1), I(2, 2), I(0, 1), I(0, 2), I(1, 2));
+      dBodySetMass(body_[i], &mass);
+      hinge_[i] = dJointCreateHinge(world_.id(), nullptr);
+      dJointAttach(hinge_[i], body_[i], body_[static_cast<std::size_t>(link.parent)]);
+      const Eigen::Vector3d p = X_WorldLink[i].translation();
+      const Eigen::Vector3d a = X_WorldLink[i].linear() * link.axis_Link;
+      dJointSetHingeAnchor(hinge_[i], p.x(), p.y(), p.z());
+      dJointSetHingeAxis(hinge_[i], a.x(), a.y(), a.z());
+      dJointSetHingeParam(hinge_[i], dParamLoStop, link.min_rad - 0.008);
+      dJointSetHingeParam(hinge_[i], dParamHiStop, link.max_rad + 0.008);
     }
     for (std::size_t i = 0; i < links.size(); ++i) {
       for (const sim::LinkShape& shape : links[i].collisions) {
@@ -28,16 +50,20 @@ class BareOde : public Contender {
         if (i != 0) X.translation() -= links[i].mass.center_m;
         dGeomID geom = sim::make_geom(shape.placed, meshes_);
         if (geom == nullptr) continue;
-        sim::place_geom(geom, robot_->bodies()[i], X);
+        sim::place_geom(geom, body_[i], X);
         dSpaceAdd(space_, geom);
         dGeomSetCategoryBits(geom, 1);
         dGeomSetCollideBits(geom, 2);
       }
     }
-    std::vector<double> angles(links.size(), 0);
     const Eigen::VectorXd hinges = scene.model().hinge_angles(scene.start_rad());
-    for (std::size_t i = 1; i < links.size(); ++i) angles[i] = hinges[hinge_of_link_[i - 1]];
-    robot_->place(angles);
+    for (std::size_t i = 1; i < links.size(); ++i) {
+      X_WorldLink[i] = X_WorldLink[static_cast<std::size_t>(links[i].parent)] * links[i].X_ParentLink *
+                       Eigen::AngleAxisd(hinges[hinge_of_link_[i - 1]], links[i].axis_Link);
+      Eigen::Isometry3d X_WorldBody = X_WorldLink[i];
+      X_WorldBody.translation() = X_WorldLink[i] * links[i].mass.center_m;
+      sim::set_body_pose(body_[i], X_WorldBody);
+    }
     add(scene.table(), false);
     for (const Thing& thing : scene.things()) add(thing, true);
   }
@@ -47,19 +73,17 @@ class BareOde : public Contender {
     dSpaceDestroy(space_);
     for (dBodyID body : bodies_) dBodyDestroy(body);
     for (dTriMeshDataID data : meshes_) dGeomTriMeshDataDestroy(data);
-    robot_.reset();
   }
 
   [[nodiscard]] std::string name() const override { return "bare ODE"; }
 
   Status advance(const Eigen::VectorXd& axes_rad) override {
     const Eigen::VectorXd hinges = scene_.model().hinge_angles(axes_rad);
-    const auto& links = robot_->description().links;
     for (int step = 0; step < 10; ++step) {
-      for (std::size_t i = 1; i < links.size(); ++i) {
-        const double error = hinges[hinge_of_link_[i - 1]] - robot_->angle_rad(i);
-        dJointSetHingeParam(robot_->hinges()[i], dParamVel, 50 * error);
-        dJointSetHingeParam(robot_->hinges()[i], dParamFMax, links[i].max_torque_Nm);
+      for (std::size_t i = 1; i < links_.size(); ++i) {
+        const double error = hinges[hinge_of_link_[i - 1]] - dJointGetHingeAngle(hinge_[i]);
+        dJointSetHingeParam(hinge_[i], dParamVel, 50 * error);
+        dJointSetHingeParam(hinge_[i], dParamFMax, links_[i].max_torque_Nm);
       }
       dJointGroupEmpty(contacts_);
       count_ = 0;
@@ -111,7 +135,9 @@ class BareOde : public Contender {
   sim::OdeWorld world_;
   dSpaceID space_;
   dJointGroupID contacts_;
-  std::unique_ptr<sim::RobotBody> robot_;
+  std::vector<sim::LinkDescription> links_;
+  std::vector<dBodyID> body_;  // by link
+  std::vector<dJointID> hinge_;
   std::vector<int> hinge_of_link_;
   std::vector<dBodyID> bodies_;
   std::vector<dTriMeshDataID> meshes_;

@@ -12,8 +12,10 @@ namespace {
 constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kBall_m = 0.03;
 
-// forearms level and forward, palms up, fingers like a bowl
-constexpr std::array<double, 16> kArm_deg = {-25, 25, 0, 75, 0, 0, 0, 20, 30, 15, 15, 30, 20, 30, 20, 60};
+// forearms level and forward, palms up, fingers open; then they close on a ball
+constexpr std::array<double, 16> kArm_deg = {-25, 25, 0, 75, 0, 0, 0, 53, 70, 2, 2, 48, 9, 48, 9, 11};
+constexpr std::array<double, 9> kClosed_deg = {53, 70, 70, 117, 89, 114, 89, 114, 212};
+constexpr double kClosing_s = 0.4;
 
 }  // namespace
 
@@ -53,7 +55,7 @@ Result<PhysicsScene> PhysicsScene::create(const std::string& urdf_path) {
     axes[turn] = found.x();
     axes[bend] = found.y();
     const Eigen::Isometry3d X = robot.X_RootLink(hand->frame, axes);
-    const Eigen::Vector3d p = X * Eigen::Vector3d(-0.01, 0, out * (kBall_m + 0.004));
+    const Eigen::Vector3d p = X * Eigen::Vector3d(0.009, -0.001, out * kBall_m);
     scene.things_.push_back({std::string(side) + " ball", true, {kBall_m, 0, 0}, p, 0.08});
   }
   scene.posture_rad_ = robot.clamped(axes);
@@ -82,6 +84,13 @@ std::string PhysicsScene::world_yaml() const {
 
 Eigen::VectorXd PhysicsScene::axes_rad(double time_s) const {
   Eigen::VectorXd axes = posture_rad_;
+  for (const char* arm : {"left_arm", "right_arm"}) {
+    const int first = model_.parts()[static_cast<std::size_t>(*model_.part_index(arm))].first_axis + 7;
+    for (std::size_t j = 0; j < kClosed_deg.size(); ++j) {
+      double& angle = axes[first + static_cast<int>(j)];
+      angle += std::min(time_s / kClosing_s, 1.0) * (kClosed_deg[j] * kDegree - angle);
+    }
+  }
   for (int a = 0; a < model_.axis_count(); ++a) {
     const double frequency_Hz = 0.3 + 0.01 * (a % 17);
     const double amplitude_rad = 0.03;

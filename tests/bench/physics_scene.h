@@ -20,8 +20,8 @@ struct Thing {
   double mass_kg = 0.08;
 };
 
-// What every contender simulates: the robot with both hands held out palm up, a ball in each of them, eight
-// things on a table, and all 53 joints swinging.
+// What every contender simulates: the robot with both hands held out palm up, the fingers closed round a ball
+// in each of them, eight things on a table, and all 53 joints swinging.
 class PhysicsScene {
  public:
   static constexpr double kTableTop_m = -0.25;
@@ -35,7 +35,8 @@ class PhysicsScene {
   [[nodiscard]] const Thing& table() const { return table_; }
   // The world as the simulator reads it.
   [[nodiscard]] std::string world_yaml() const;
-  // All axes, part after part, at a time: a slow swing about the posture within the limits.
+  // All axes, part after part, at a time: the hands close on their balls, all swings a little
+  // about its posture, within the limits.
   [[nodiscard]] Eigen::VectorXd axes_rad(double time_s) const;
   [[nodiscard]] Eigen::VectorXd start_rad() const { return posture_rad_; }
 

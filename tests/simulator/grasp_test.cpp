@@ -46,6 +46,24 @@ TEST_F(GraspTest, cube_is_held_carried_and_dropped_into_the_basket) {
   EXPECT_TRUE(result.in_basket);
 }
 
+// 0.3 kg, four times what the cube weighs, hang from the fingers for a minute
+TEST_F(GraspTest, a_heavy_cube_does_not_creep) {
+  const Result<RobotModel> model = RobotModel::load(config("robots/icub.urdf"));
+  const std::map<std::string, GraspPosture> postures = read_postures(config("robots/grasp_postures.yaml"));
+  const ArmReach reach(*model);
+  SimulationOptions options = robot_only();
+  options.world_yaml =
+      "table: {}\nobjects:\n  - {object: cube, name: thing, position_m: [-0.30, 0.06], yaw_deg: 25, "
+      "mass_kg: 0.3}\n";
+  auto simulation = make(options);
+  const GraspResult result =
+      try_grasp(*simulation, reach, postures.at("cube"), {.object = "thing", .basket = "", .hold_s = 60});
+  ASSERT_EQ(result.trouble, "");
+  EXPECT_TRUE(result.hold.held());
+  EXPECT_GT(result.lifted_m, 0.07);
+  EXPECT_LT(result.slip_m, 0.002) << "in 60 s";
+}
+
 TEST_F(GraspTest, ball_is_held_carried_and_dropped_into_the_basket) {
   const GraspResult result = run({"ball", "ball", {-0.34, 0.02}, 0, {-0.006, 0.006, -0.003}});
   ASSERT_EQ(result.trouble, "");

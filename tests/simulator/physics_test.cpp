@@ -281,6 +281,70 @@ TEST(Physics, every_chain_reaches_where_it_was_sent) {
   }
 }
 
+// Links that hang on each other never come apart, whatever pushes: where a link is follows from the angles
+// alone.
+TEST(Physics, hinges_hold_under_load) {
+  SimulationOptions options = robot_only();
+  options.self_collision = true;
+  auto sim = make(options);
+  const auto model = RobotModel::load(config("robots/icub.urdf"));
+  ASSERT_TRUE(model.ok());
+  // both forearms want the place in front of the chest
+  for (const char* part : {"left_arm", "right_arm"}) {
+    const std::array<int, 4> joints = {0, 1, 2, 3};
+    ASSERT_TRUE(sim->command(sim->part_index(part), JointMode::kPosition, joints,
+                             std::array<double, 4>{-0.7, 0.3, 1.2, 1.5})
+                    .ok());
+  }
+  double hardest_N = 0;
+  for (int i = 0; i < 500; ++i) {
+    ASSERT_TRUE(sim->step().ok());
+    for (const ContactPair& pair : sim->contacts()) hardest_N = std::max(hardest_N, pair.force_N);
+    Eigen::VectorXd axes = model->home_axes();
+    for (const Part& part : model->parts()) {
+      const auto state = sim->joints(sim->part_index(part.name));
+      for (std::size_t j = 0; j < part.axes.size(); ++j)
+        axes[part.first_axis + static_cast<int>(j)] = state[j].position_rad;
+    }
+    // the hand's own links may bend against their coupling; the palm stands on uncoupled hinges
+    const Eigen::Isometry3d found = *sim->X_WorldLink("r_hand");
+    const Eigen::Isometry3d sent = model->X_RootLink(*model->link_index("r_hand"), axes);
+    ASSERT_LT((found.translation() - sent.translation()).norm(), 1e-9) << "at period " << i;
+  }
+  EXPECT_GT(hardest_N, 10) << "there was a load";
+}
+
+// with self-collision on, the forearms stop each other
+TEST(Physics, arms_do_not_pass_through_each_other) {
+  for (const bool on : {false, true}) {
+    SimulationOptions options = robot_only();
+    options.self_collision = on;
+    auto sim = make(options);
+    ASSERT_TRUE(sim->step(0.5).ok());
+    for (const ContactPair& pair : sim->contacts())
+      EXPECT_FALSE(pair.a_is_robot && pair.b_is_robot) << "at home";
+    // both forearms are folded in front of the chest, where only one has room
+    for (const char* part : {"left_arm", "right_arm"}) {
+      const int arm = sim->part_index(part);
+      const std::array<int, 4> joints = {0, 1, 2, 3};
+      ASSERT_TRUE(
+          sim->command(arm, JointMode::kPosition, joints, std::array<double, 4>{-0.7, 0.3, 1.2, 1.5}).ok());
+    }
+    bool touched = false;
+    double deepest_m = 0;
+    for (int i = 0; i < 500; ++i) {
+      ASSERT_TRUE(sim->step().ok());
+      for (const ContactPair& pair : sim->contacts()) {
+        if (!pair.a_is_robot || !pair.b_is_robot) continue;
+        touched = true;
+        deepest_m = std::max(deepest_m, pair.depth_m);
+      }
+    }
+    EXPECT_EQ(touched, on);
+    EXPECT_LT(deepest_m, 0.01);
+  }
+}
+
 // what the inertial sensor says is gravity and the second derivative of its own place
 TEST(Physics, the_inertial_sensor_feels_motion) {
   auto sim = make(robot_only());

@@ -24,7 +24,8 @@ struct SimulationOptions {
   std::string target;  // random worlds: the object that must be there ("blue cube"); empty: the seed chooses
   std::uint64_t seed = 1;         // of random worlds and of the constraint solver
   double physics_step_s = 0.001;  // must divide the control period of 10 ms
-  int solver_iterations = 20;     // of every physics step
+  int solver_iterations = 20;     // most in every physics step
+  bool self_collision = false;    // the robot's limbs and fingers touch each other
 };
 
 enum class Hand { kLeft, kRight };

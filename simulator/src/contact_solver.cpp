@@ -1,0 +1,393 @@
+#include "contact_solver.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "ode_library.h"
+
+namespace nido::sim {
+namespace {
+
+constexpr double kGravity_m_s2 = 9.81;
+
+// Hinges stop just beyond the limits that the drives keep.
+constexpr double kStopMargin_rad = 0.008;
+constexpr double kStopErp = 0.4;
+constexpr double kStopGive = 1e-3;
+constexpr double kNearStop_rad = 0.05;
+
+constexpr double kLayer_m = 0.0002;          // contacts may stay that deep, so that they do not come and go
+constexpr double kFastestPushOut_m_s = 1.0;  // things inside each other come apart with this speed
+constexpr double kFrictionGive = 1e-4;
+
+// Motors that come to their torque, or off it, ask for another solution; a few are enough.
+constexpr int kMostPasses = 4;
+// Speeds that change by less than this in an iteration are found.
+constexpr double kFound_m_s = 1e-6;
+
+Eigen::Vector3d any_tangent(const Eigen::Vector3d& n) {
+  const Eigen::Vector3d axis = std::abs(n.z()) > 0.7 ? Eigen::Vector3d(Eigen::Vector3d::UnitX())
+                                                     : Eigen::Vector3d(Eigen::Vector3d::UnitZ());
+  return axis.cross(n).normalized();
+}
+
+}  // namespace
+
+void ContactSolver::step(RobotBody& robot, const std::vector<dBodyID>& objects,
+                         std::vector<Contact>& contacts, double step_s, int iterations) {
+  RobotTree& tree = robot.tree();
+  awake_limbs_.clear();
+  for (std::size_t limb = 0; limb < tree.limb_count(); ++limb) {
+    if (robot.awake(limb)) awake_limbs_.push_back(limb);
+  }
+  groups_.clear();
+  rows_.clear();
+  paths_.clear();
+  directions_.clear();
+  gather_objects(objects, step_s);
+  for (const std::size_t limb : awake_limbs_) tree.begin(limb, step_s);
+  add_stops(robot, step_s);
+  for (Contact& contact : contacts) add_contact(tree, contact, step_s);
+  for (int pass = 1; pass <= kMostPasses; ++pass) {
+    for (const std::size_t limb : awake_limbs_) tree.solve(limb);
+    couple(tree);
+    iterate(tree, iterations);
+    bool settled = true;
+    for (const std::size_t limb : awake_limbs_) settled = tree.settle(limb, pass == kMostPasses) && settled;
+    if (settled) break;
+  }
+  read_forces(step_s);
+  for (const std::size_t limb : awake_limbs_) {
+    tree.advance(limb, step_s);
+    robot.show(limb);
+  }
+  move_objects(objects, step_s);
+}
+
+void ContactSolver::gather_objects(const std::vector<dBodyID>& objects, double step_s) {
+  free_.assign(objects.size(), {});
+  for (std::size_t i = 0; i < objects.size(); ++i) {
+    dBodyID body = objects[i];
+    if (body == nullptr || dBodyIsEnabled(body) == 0) continue;
+    Free& free = free_[i];
+    dMass mass;
+    dBodyGetMass(body, &mass);
+    Eigen::Matrix3d inertia_Body;
+    for (int r = 0; r < 3; ++r) {
+      for (int c = 0; c < 3; ++c) inertia_Body(r, c) = mass.I[4 * r + c];
+    }
+    const Eigen::Matrix3d R = body_pose(body).linear();
+    const Eigen::Matrix3d inertia = R * inertia_Body * R.transpose();
+    free.moves = true;
+    free.inverse_mass = 1 / mass.mass;
+    free.inverse_inertia = inertia.inverse();
+    free.p = to_eigen(dBodyGetPosition(body));
+    const Eigen::Vector3d v =
+        to_eigen(dBodyGetLinearVel(body)) +
+        step_s * (to_eigen(dBodyGetForce(body)) * free.inverse_mass + Eigen::Vector3d(0, 0, -kGravity_m_s2));
+    Eigen::Vector3d w = to_eigen(dBodyGetAngularVel(body));
+    free.v_before = to_eigen(dBodyGetLinearVel(body));
+    free.w_before = w;
+    // one implicit Newton step of Euler's equation: explicit ones feed a spin with energy
+    const Eigen::Vector3d L = inertia * w;
+    const auto cross = [](const Eigen::Vector3d& u) {
+      Eigen::Matrix3d m;
+      m << 0, -u.z(), u.y(), u.z(), 0, -u.x(), -u.y(), u.x(), 0;
+      return m;
+    };
+    w += (inertia + step_s * (cross(w) * inertia - cross(L))).inverse() *
+         (step_s * (to_eigen(dBodyGetTorque(body)) - w.cross(L)));
+    for (int k = 0; k < 3; ++k) {
+      free.v[k] = v[k];
+      free.v[3 + k] = w[k];
+    }
+    dBodySetForce(body, 0, 0, 0);
+    dBodySetTorque(body, 0, 0, 0);
+  }
+}
+
+void ContactSolver::add_stops(const RobotBody& robot, double step_s) {
+  const RobotTree& tree = robot.tree();
+  for (const std::size_t limb : awake_limbs_) {
+    const auto [first, end] = tree.limb(limb);
+    for (std::size_t i = first; i < end; ++i) {
+      const LinkDescription& link = robot.description().links[i];
+      const double below = tree.angle_rad(i) - (link.min_rad - kStopMargin_rad);
+      const double above = (link.max_rad + kStopMargin_rad) - tree.angle_rad(i);
+      const double gap = std::min(below, above);
+      if (gap > kNearStop_rad) continue;
+      const double sign = below < above ? 1 : -1;
+      // out of reach within this step
+      if (gap > 0 && gap + sign * tree.speed_rad_s(i) * step_s > kNearStop_rad / 2) continue;
+      Group group;
+      group.path = paths_.size();
+      const auto path = tree.path(i);
+      paths_.insert(paths_.end(), path.begin(), path.end());
+      group.length = group.tail = path.size();
+      group.directions = directions_.size();
+      directions_.resize(directions_.size() + path.size(), 0.0);
+      directions_.back() = sign;
+      group.row = rows_.size();
+      group.rows = 1;
+      Row row{};
+      row.target = gap > 0 ? -gap / step_s : -gap * kStopErp / step_s;
+      row.give = kStopGive;
+      row.share = -1;
+      rows_.push_back(row);
+      groups_.push_back(group);
+    }
+  }
+}
+
+ContactSolver::Row& ContactSolver::add_row(const RobotTree& tree, Group& group,
+                                           const Eigen::Vector3d& direction, bool turning) {
+  const Contact& contact = *group.contact;
+  const Eigen::Vector3d& p = contact.p_World_m;
+  // the robot's hinges
+  const std::size_t first = directions_.size();
+  directions_.resize(first + group.length, 0.0);
+  const auto along = [&](std::size_t k, double sign) {
+    const auto link = static_cast<std::size_t>(paths_[group.path + k]);
+    const Eigen::Vector3d lever = p - tree.p_WorldLink_m(link);
+    directions_[first + k] +=
+        sign * tree.axis_World(link).dot(turning ? direction : Eigen::Vector3d(lever.cross(direction)));
+  };
+  if (group.length > 0) {
+    const bool both = contact.a.link > 0 && contact.b.link > 0;
+    const double sign = contact.a.link > 0 ? 1 : -1;
+    // hinges that both links share move both alike: nothing between them
+    for (std::size_t k = both ? group.shared : 0; k < group.tail; ++k) along(k, sign);
+    for (std::size_t k = group.tail; k < group.length; ++k) along(k, -1);
+  }
+  // free objects
+  Row row{};
+  const auto side = [&](int object, double sign, double* j, double* push) {
+    if (object < 0) return;
+    const Free& free = free_[static_cast<std::size_t>(object)];
+    const Eigen::Vector3d linear =
+        turning ? Eigen::Vector3d(Eigen::Vector3d::Zero()) : Eigen::Vector3d(sign * direction);
+    const Eigen::Vector3d angular =
+        turning ? Eigen::Vector3d(sign * direction) : Eigen::Vector3d(sign * (p - free.p).cross(direction));
+    const Eigen::Vector3d turn = free.inverse_inertia * angular;
+    for (int k = 0; k < 3; ++k) {
+      j[k] = linear[k];
+      j[3 + k] = angular[k];
+      push[k] = free.inverse_mass * linear[k];
+      push[3 + k] = turn[k];
+    }
+  };
+  side(group.object_a, 1, row.a, row.push_a);
+  side(group.object_b, -1, row.b, row.push_b);
+  rows_.push_back(row);
+  ++group.rows;
+  return rows_.back();
+}
+
+void ContactSolver::add_contact(const RobotTree& tree, Contact& contact, double step_s) {
+  contact.normal_force_N = 0;
+  const auto moving = [this](int object) {
+    return object >= 0 && free_[static_cast<std::size_t>(object)].moves ? object : -1;
+  };
+  Group group;
+  group.contact = &contact;
+  group.object_a = moving(contact.a.object);
+  group.object_b = moving(contact.b.object);
+  group.path = paths_.size();
+  const auto append = [&](int link, std::size_t from) {
+    const auto path = tree.path(static_cast<std::size_t>(link));
+    paths_.insert(paths_.end(), path.begin() + static_cast<std::ptrdiff_t>(from), path.end());
+  };
+  if (contact.a.link > 0) append(contact.a.link, 0);
+  group.tail = paths_.size() - group.path;
+  if (contact.b.link > 0) {
+    if (contact.a.link > 0) {
+      const auto path_a = tree.path(static_cast<std::size_t>(contact.a.link));
+      const auto path_b = tree.path(static_cast<std::size_t>(contact.b.link));
+      while (group.shared < path_a.size() && group.shared < path_b.size() &&
+             path_a[group.shared] == path_b[group.shared])
+        ++group.shared;
+    }
+    append(contact.b.link, group.shared);
+    if (contact.a.link <= 0) group.tail = paths_.size() - group.path;
+  }
+  group.length = paths_.size() - group.path;
+  if (group.length == 0 && group.object_a < 0 && group.object_b < 0) {
+    contact.force_World_N.setZero();
+    contact.torque_World_Nm.setZero();
+    return;
+  }
+  group.directions = directions_.size();
+  group.row = rows_.size();
+
+  const Eigen::Vector3d& n = contact.normal_World;
+  Row& normal = add_row(tree, group, n, false);
+  normal.share = -1;
+  normal.impulse = std::max(contact.force_World_N.dot(n), 0.0) * step_s;
+  normal.give = contact.cfm / step_s;
+  normal.target =
+      std::min(contact.erp * std::max(contact.depth_m - kLayer_m, 0.0) / step_s, kFastestPushOut_m_s);
+  if (contact.restitution > 0) {
+    const auto speed = [&](const Side& side) -> Eigen::Vector3d {
+      if (side.link > 0) {
+        const auto link = static_cast<std::size_t>(side.link);
+        return tree.v_WorldCom_m_s(link) +
+               tree.w_World_rad_s(link).cross(contact.p_World_m - tree.p_WorldCom_m(link));
+      }
+      if (side.object < 0 || !free_[static_cast<std::size_t>(side.object)].moves)
+        return Eigen::Vector3d::Zero();
+      const Free& free = free_[static_cast<std::size_t>(side.object)];
+      return free.v_before + free.w_before.cross(contact.p_World_m - free.p);
+    };
+    const double closing = -n.dot(speed(contact.a) - speed(contact.b));
+    if (closing > contact.slowest_bounce_m_s)
+      normal.target = std::max(normal.target, contact.restitution * closing);
+  }
+  const auto rub = [&](const Eigen::Vector3d& direction, bool turning, double share, double target) {
+    Row& row = add_row(tree, group, direction, turning);
+    row.share = share;
+    row.give = kFrictionGive;
+    row.target = target;
+    row.impulse = direction.dot(turning ? contact.torque_World_Nm : contact.force_World_N) * step_s;
+  };
+  if (contact.friction > 0) {
+    const bool pulled = contact.tangent_World.squaredNorm() > 0.5;
+    const Eigen::Vector3d t1 = pulled ? contact.tangent_World : any_tangent(n);
+    const Eigen::Vector3d t2 = n.cross(t1);
+    rub(t1, false, contact.friction, contact.tangent_speed_m_s);
+    rub(t2, false, contact.friction, 0);
+    if (contact.rolling_m > 0) {
+      rub(t1, true, contact.rolling_m, 0);
+      rub(t2, true, contact.rolling_m, 0);
+    }
+    if (contact.twist_m > 0) rub(n, true, contact.twist_m, 0);
+  }
+  for (std::size_t r = group.row; r < group.row + group.rows; ++r) {
+    const Row& row = rows_[r];
+    for (int k = 0; k < 6; ++k) {
+      if (group.object_a >= 0)
+        free_[static_cast<std::size_t>(group.object_a)].v[k] += row.push_a[k] * row.impulse;
+      if (group.object_b >= 0)
+        free_[static_cast<std::size_t>(group.object_b)].v[k] += row.push_b[k] * row.impulse;
+    }
+  }
+  groups_.push_back(group);
+}
+
+void ContactSolver::couple(RobotTree& tree) {
+  rows_of_robot_ = directions_;
+  std::vector<double>& y = tree.y();
+  for (const Group& group : groups_) {
+    const std::span<const int> path(&paths_[group.path], group.length);
+    for (std::size_t r = 0; r < group.rows; ++r) {
+      Row& row = rows_[group.row + r];
+      double weight = row.give;
+      if (group.length > 0) {
+        double* z = &rows_of_robot_[group.directions + r * group.length];
+        if (group.tail == group.length) {
+          tree.half_solve(path, z);
+        } else {
+          tree.half_solve(path, group.tail, group.shared, z);
+        }
+        for (std::size_t k = 0; k < group.length; ++k) {
+          weight += z[k] * z[k];
+          // what the step before or an earlier pass found still acts
+          y[static_cast<std::size_t>(path[k])] += z[k] * row.impulse;
+        }
+      }
+      for (int k = 0; k < 6; ++k) weight += row.a[k] * row.push_a[k] + row.b[k] * row.push_b[k];
+      row.inverse = weight > 0 ? 1 / weight : 0;
+    }
+  }
+}
+
+double ContactSolver::relax(RobotTree& tree, Group& group) {
+  std::array<double, 64> near{};
+  std::array<double, 6> still{};
+  double* y = tree.y().data();
+  const int* path = paths_.data() + group.path;
+  const std::size_t length = std::min(group.length, near.size());
+  for (std::size_t k = 0; k < length; ++k) near[k] = y[path[k]];
+  double* va = group.object_a >= 0 ? free_[static_cast<std::size_t>(group.object_a)].v : still.data();
+  double* vb = group.object_b >= 0 ? free_[static_cast<std::size_t>(group.object_b)].v : still.data();
+  double largest = 0;
+  Row* const rows = &rows_[group.row];
+  for (std::size_t r = 0; r < group.rows; ++r) {
+    Row& row = rows[r];
+    const double* z = rows_of_robot_.data() + group.directions + r * group.length;
+    double speed = row.give * row.impulse;
+    for (std::size_t k = 0; k < length; ++k) speed += z[k] * near[k];
+    for (int k = 0; k < 6; ++k) speed += row.a[k] * va[k] + row.b[k] * vb[k];
+    const double most = row.share < 0 ? std::numeric_limits<double>::infinity() : row.share * rows[0].impulse;
+    const double least = row.share < 0 ? 0 : -most;
+    const double next = std::clamp(row.impulse + (row.target - speed) * row.inverse, least, most);
+    const double change = next - row.impulse;
+    if (change == 0) continue;
+    row.impulse = next;
+    for (std::size_t k = 0; k < length; ++k) near[k] += change * z[k];
+    for (int k = 0; k < 6; ++k) {
+      va[k] += change * row.push_a[k];
+      vb[k] += change * row.push_b[k];
+    }
+    largest = std::max(largest, std::abs(change / row.inverse));
+  }
+  for (std::size_t k = 0; k < length; ++k) y[path[k]] = near[k];
+  return largest;
+}
+
+void ContactSolver::iterate(RobotTree& tree, int iterations) {
+  for (int i = 0; i < iterations; ++i) {
+    double largest = 0;
+    if (i % 2 == 0) {
+      for (std::size_t g = 0; g < groups_.size(); ++g) largest = std::max(largest, relax(tree, groups_[g]));
+    } else {
+      for (std::size_t g = groups_.size(); g-- > 0;) largest = std::max(largest, relax(tree, groups_[g]));
+    }
+    if (largest < kFound_m_s) break;
+  }
+}
+
+void ContactSolver::read_forces(double step_s) {
+  for (const Group& group : groups_) {
+    if (group.contact == nullptr) continue;
+    Contact& contact = *group.contact;
+    const Eigen::Vector3d& n = contact.normal_World;
+    const bool pulled = contact.tangent_World.squaredNorm() > 0.5;
+    const Eigen::Vector3d t1 = pulled ? contact.tangent_World : any_tangent(n);
+    const Eigen::Vector3d t2 = n.cross(t1);
+    const auto force = [&](std::size_t r) { return rows_[group.row + r].impulse / step_s; };
+    contact.normal_force_N = force(0);
+    contact.force_World_N = force(0) * n;
+    contact.torque_World_Nm.setZero();
+    if (contact.friction <= 0) continue;
+    contact.force_World_N += force(1) * t1 + force(2) * t2;
+    std::size_t next = 3;
+    if (contact.rolling_m > 0) {
+      contact.torque_World_Nm += force(3) * t1 + force(4) * t2;
+      next = 5;
+    }
+    if (contact.twist_m > 0) contact.torque_World_Nm += force(next) * n;
+  }
+}
+
+void ContactSolver::move_objects(const std::vector<dBodyID>& objects, double step_s) {
+  for (std::size_t i = 0; i < objects.size(); ++i) {
+    const Free& free = free_[i];
+    if (!free.moves) continue;
+    dBodyID body = objects[i];
+    dBodySetLinearVel(body, free.v[0], free.v[1], free.v[2]);
+    dBodySetAngularVel(body, free.v[3], free.v[4], free.v[5]);
+    const Eigen::Vector3d p = free.p + step_s * Eigen::Vector3d(free.v[0], free.v[1], free.v[2]);
+    const Eigen::Vector3d w(free.v[3], free.v[4], free.v[5]);
+    const double turn = w.norm() * step_s;
+    Eigen::Quaterniond q = body_orientation(body);
+    if (turn > 0) q = Eigen::Quaterniond(Eigen::AngleAxisd(turn, w.normalized())) * q;
+    dQuaternion orientation;
+    to_ode(q, orientation);
+    dBodySetQuaternion(body, orientation);
+    dBodySetPosition(body, p.x(), p.y(), p.z());
+  }
+}
+
+}  // namespace nido::sim

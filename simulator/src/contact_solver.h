@@ -1,0 +1,110 @@
+#pragma once
+
+#include <ode/ode.h>
+
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <vector>
+
+#include "robot_body.h"
+
+namespace nido::sim {
+
+// Moves robot and objects through one physics step: motors, stops and contacts at once, then positions by the
+// new speeds (semi-implicit Euler). Hinges hold exactly, since the robot moves in joint coordinates; contacts
+// are met by projected Gauss-Seidel, forwards and backwards in turn, in the order in which they are given: no
+// chance is involved, so the same state has the same future.
+class ContactSolver {
+ public:
+  // A link of the robot, a free object, or (neither) what never moves.
+  struct Side {
+    int link = 0;
+    int object = -1;
+  };
+  struct Contact {
+    Side a;
+    Side b;
+    Eigen::Vector3d p_World_m = Eigen::Vector3d::Zero();
+    Eigen::Vector3d normal_World = Eigen::Vector3d::UnitZ();  // towards a
+    double depth_m = 0;
+    // it gives way: J v + cfm * force = erp * depth / step
+    double erp = 0.4;
+    double cfm = 1e-7;
+    double friction = 0;
+    double restitution = 0;
+    double slowest_bounce_m_s = 0.05;
+    double twist_m = 0;    // resists turning about the normal with force times this
+    double rolling_m = 0;  // and about the tangents with this
+    // first tangent, a unit vector, and the speed along it that friction is to reach; zero: any tangent, no
+    // speed
+    Eigen::Vector3d tangent_World = Eigen::Vector3d::Zero();
+    double tangent_speed_m_s = 0;
+    // on a, at the point: before the step what to start from (that of the step before, or zero), after it
+    // what came of it
+    Eigen::Vector3d force_World_N = Eigen::Vector3d::Zero();
+    Eigen::Vector3d torque_World_Nm = Eigen::Vector3d::Zero();
+    double normal_force_N = 0;
+  };
+
+  // `objects`: bodies of the free objects by index, nullptr for those that never move. Sleeping (disabled)
+  // ones stay where they are. The bodies' collected forces are used up.
+  void step(RobotBody& robot, const std::vector<dBodyID>& objects, std::vector<Contact>& contacts,
+            double step_s, int iterations);
+
+ private:
+  // What a free object is during a step.
+  struct Free {
+    double inverse_mass = 0;
+    Eigen::Matrix3d inverse_inertia = Eigen::Matrix3d::Zero();
+    Eigen::Vector3d p = Eigen::Vector3d::Zero();
+    double v[6] = {};  // linear, angular; forces of the step included
+    Eigen::Vector3d v_before = Eigen::Vector3d::Zero();
+    Eigen::Vector3d w_before = Eigen::Vector3d::Zero();
+    bool moves = false;
+  };
+  struct Row {
+    double a[6], b[6];            // directions of the objects
+    double push_a[6], push_b[6];  // what a unit impulse changes in their speeds
+    double target = 0;            // speed
+    double give = 0;              // cfm by step
+    double inverse = 0;           // of effective inverse mass and give
+    double share = 0;  // how far the impulse may go, as a share of the first row's; < 0: 0 to infinity
+    double impulse = 0;
+  };
+  // Rows of one contact or stop; they share their links and objects.
+  struct Group {
+    std::size_t path = 0;  // first in paths_
+    std::size_t length = 0;
+    std::size_t tail =
+        0;  // where the second link's path begins, and how many hinges it shares with the first
+    std::size_t shared = 0;
+    std::size_t directions = 0;  // first in directions_ and rows_of_robot_: length numbers for every row
+    std::size_t row = 0;
+    std::size_t rows = 0;
+    int object_a = -1;
+    int object_b = -1;
+    Contact* contact = nullptr;
+  };
+
+  void gather_objects(const std::vector<dBodyID>& objects, double step_s);
+  void add_stops(const RobotBody& robot, double step_s);
+  void add_contact(const RobotTree& tree, Contact& contact, double step_s);
+  // A row about a line (linear) or an axis (angular) of the group.
+  Row& add_row(const RobotTree& tree, Group& group, const Eigen::Vector3d& direction, bool turning);
+  void couple(RobotTree& tree);
+  void iterate(RobotTree& tree, int iterations);
+  // Returns the largest change of speed.
+  double relax(RobotTree& tree, Group& group);
+  void read_forces(double step_s);
+  void move_objects(const std::vector<dBodyID>& objects, double step_s);
+
+  std::vector<Free> free_;
+  std::vector<Group> groups_;
+  std::vector<Row> rows_;
+  std::vector<int> paths_;
+  std::vector<double> directions_;     // J at the hinges
+  std::vector<double> rows_of_robot_;  // z
+  std::vector<std::size_t> awake_limbs_;
+};
+
+}  // namespace nido::sim
