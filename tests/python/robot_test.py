@@ -108,6 +108,14 @@ class FakeRobot(unittest.TestCase):
         with self.assertRaisesRegex(nido.Refused, "no simulated world"):
             self.robot.world("mk box 0.04 0.04 0.04 0 0.6 0.3 1 0 0")
 
+    def test_somebody_speaks_to_the_robot(self):
+        with self.robot.system.reader("/icubSim/mic:o") as ears:
+            self.robot.say("grasp red ball")
+            # a sound is (frames, channels, bytes a sample, samples a second, samples); the noise of the room is below 500
+            self.assertTrue(becomes_true(lambda: max(map(abs, ears.read().value[4])) > 5000))
+        with self.assertRaises(nido.Refused):
+            self.robot.say("x" * 201)
+
     def test_any_port_is_read_and_written(self):
         info = self.robot.system.read("/icubSim/cam/left/camera_info:o").value
         self.assertEqual(info["width"], self.robot.camera("left").read().width)

@@ -56,6 +56,12 @@ class Robot:
             return answer
         return [one for one in values if not (isinstance(one, text.Word) and one == "ok")]
 
+    def say(self, phrase):
+        """Somebody in the room says it to the robot, which hears it through its ears: not over a real microphone."""
+        answer = self.system.ask(f"/{self.name}/mic/rpc:i", "say " + phrase)
+        if not answer.startswith("ok"):
+            raise Error(answer)
+
     def time_s(self):
         """The robot's time now, s: of the simulation, or of the robot's clock."""
         return self._keep("clock", lambda: self.head.states()).latest().time_s

@@ -1,9 +1,12 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <mutex>
 #include <optional>
 #include <utility>
 
 #include "client_connection.h"
+#include "nido/interfaces/spoken_to.h"
 #include "nido/middleware/typed_port.h"
 #include "nido/wrappers/clients.h"
 #include "nido/wrappers/servers.h"
@@ -28,6 +31,12 @@ class AudioServer final : public IServer {
     auto output = node.open_output<msgs::Audio>(stem_ + ":o", Profile::kEvent, kPiecesKept);
     if (!output) return output.error();
     output_ = std::move(*output);
+    if (auto* spoken_to = dynamic_cast<ISpokenTo*>(&audio_)) {
+      auto service = node.open_service(
+          stem_ + "/rpc:i", [spoken_to](const std::string& line) { return answer_of(*spoken_to, line); });
+      if (!service) return service.error();
+      service_ = std::move(*service);
+    }
     return audio_.start();
   }
 
@@ -50,12 +59,21 @@ class AudioServer final : public IServer {
   }
 
  private:
+  static std::string answer_of(ISpokenTo& spoken_to, const std::string& line) {
+    constexpr std::string_view kSay = "say ";
+    if (!line.starts_with(kSay)) return "say TEXT: somebody in the room says it to the robot";
+    const Result<double> begin_s = spoken_to.say(line.substr(kSay.size()));
+    if (!begin_s) return "[fail] \"" + begin_s.error().message + "\"";
+    return fmt::format("ok, at {:.2f} s", *begin_s);
+  }
+
   const std::string stem_;
   IAudioGrabberSound& audio_;
   Due due_;
   const std::string frame_id_;
   const std::size_t piece_frames_;
   std::unique_ptr<Output<msgs::Audio>> output_;
+  std::unique_ptr<Node::Service> service_;
 };
 
 class AudioClient final : public IAudioGrabberSound {
