@@ -115,13 +115,15 @@ function showProcesses(state) {
   }));
 }
 let services = '';
-function showServices(list) {
-  if (list.join() === services) return;
-  services = list.join();
-  const select = $('service');
-  const before = select.value || list.find((name) => name.endsWith('/world')) || '';
-  select.replaceChildren(...list.map((name) => make('option', name)));
-  if (list.includes(before)) select.value = before;
+let chosen = '';
+$('service').addEventListener('change', () => { chosen = $('service').value; });
+function showServices(names) {
+  if (names.join() === services) return;
+  services = names.join();
+  $('service').replaceChildren(...names.map((name) => make('option', name)));
+  // what was chosen, or what most people want
+  const wish = names.includes(chosen) ? chosen : names.find((name) => name.endsWith('/world'));
+  if (wish) $('service').value = wish;
 }
 function showTime(time) {
   $('sim').textContent = seconds(time.simulated_s);
@@ -200,7 +202,9 @@ const bars = new Map();
 function showBody(parts) {
   body = parts;
   bars.clear();
-  const blocks = Object.keys(parts).sort().map((port) => {
+  const order = ['head', 'torso', 'left_arm', 'right_arm', 'left_leg', 'right_leg'];
+  const place = (port) => order.findIndex((part) => port.includes(`/${part}/`));
+  const blocks = Object.keys(parts).sort((a, b) => place(a) - place(b) || a.localeCompare(b)).map((port) => {
     const block = make('div');
     block.append(make('h3', port.replace(/^\/[^/]*\//, '').replace('/state:o', '').replace('_', ' ')));
     bars.set(port, parts[port].map((joint) => {
@@ -226,7 +230,7 @@ function showJoints(parts) {
     const part = Math.min(Math.max((angle - joint.min) / (joint.max - joint.min), 0), 1);
     mark.style.left = 100 * part + '%';
     mark.className = part < 0.02 || part > 0.98 ? 'edge' : '';
-    value.textContent = (angle * degrees).toFixed(1);
+    value.textContent = (angle * degrees).toFixed(1).replace(/^-0\.0$/, '0.0');
   });
 }
 const padNames = ['thumb', 'index', 'middle', 'ring', 'little', 'palm'];
@@ -256,6 +260,12 @@ function showTouch(hands) {
 }
 
 // ---- ports
+// each name once, with how often it comes
+function list(names) {
+  const count = new Map();
+  for (const name of names) count.set(name, (count.get(name) || 0) + 1);
+  return [...count].map(([name, times]) => times > 1 ? `${name} (${times} times)` : name).join(', ');
+}
 let ports = [];
 function showPorts() {
   const words = $('port-filter').value.toLowerCase().split(/\s+/).filter(Boolean);
@@ -271,7 +281,7 @@ function showPorts() {
     line.append(make('td', port.name), make('td', port.type, 'wrap'), make('td', port.node),
       make('td', number(port.hz, port.hz < 10 ? 1 : 0), 'n'), make('td', port.bytes_s === undefined ? '' : (port.bytes_s / 1000).toFixed(0), 'n'),
       make('td', (port.direction === 'input' && port.connections.length ? '← ' : port.connections.length ? '→ ' : '') +
-        port.connections.map((one) => one.name + (one.live === false ? ' (not there)' : '')).join(', '), 'wrap'),
+        list(port.connections.map((one) => one.name + (one.live === false ? ' (not there)' : ''))), 'wrap'),
       make('td', lost || '', 'n' + (lost ? ' warn' : '')));
     return line;
   }));
@@ -283,7 +293,9 @@ const levels = ['debug', 'info', 'warning', 'error'];
 let log = [];
 function logItem(line) {
   const item = make('li');
-  item.append(make('time', line.t.toFixed(2)), make('span', line.node, 'node'),
+  // of the robot's time, or of the computer's clock
+  const when = line.t < 1e9 ? line.t.toFixed(2) : new Date(line.t * 1000).toTimeString().slice(0, 8);
+  item.append(make('time', when), make('span', line.node, 'node'),
     make('span', line.text, 'text ' + ({warning: 'warn', error: 'bad', debug: 'soft'}[line.level] || '')));
   return item;
 }
