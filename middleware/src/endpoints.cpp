@@ -82,21 +82,31 @@ rtps::SequenceNumber_t sequence_number_of(std::uint64_t number) {
 
 }  // namespace
 
+std::string Participant::lane_place() const {
+  const bool is_secure = rtps::PropertyPolicyHelper::find_property(participant_->get_qos().properties(),
+                                                                   "dds.sec.auth.plugin") != nullptr;
+  return is_secure ? "" : here();
+}
+
 std::shared_ptr<LaneServer> Participant::lanes() {
   const std::lock_guard lock(lanes_mutex_);
   if (!lanes_) {
-    lanes_ = LaneServer::open(participant_->guid().guidPrefix);
+    lanes_ = lane_place().empty() ? LaneServer::closed() : LaneServer::open(participant_->guid().guidPrefix);
   }
   return lanes_;
 }
 
 bool Participant::is_near(const Guid& guid) const {
+  const std::string place = lane_place();
+  if (place.empty()) {
+    return false;
+  }
   if (guid.guidPrefix == participant_->guid().guidPrefix) {
     return true;
   }
   const std::lock_guard lock(endpoints_mutex_);
   const auto found = endpoints_.find(guid);
-  return found != endpoints_.end() && found->second.lane_place == lane_place();
+  return found != endpoints_.end() && found->second.lane_place == place;
 }
 
 Quality Quality::of(Profile profile, std::size_t depth, bool is_writer, bool lockstep) {
@@ -281,8 +291,8 @@ Result<std::unique_ptr<Reader>> Reader::open(std::shared_ptr<Participant> partic
   dds::DataReaderQos qos = dds::DATAREADER_QOS_DEFAULT;
   apply(quality, qos);
   qos.reliable_reader_qos().times.heartbeatResponseDelay = {0, 1'000'000};
-  qos.user_data().setValue(
-      pack_user_data({self->participant_->node_name(), port_name, quality.profile, type.dds_name}));
+  qos.user_data().setValue(pack_user_data({self->participant_->node_name(), port_name, quality.profile,
+                                           type.dds_name, self->participant_->lane_place()}));
   self->listener_ =
       std::make_shared<Listener>(*self->participant_, loop ? loop : lanes->receiving(), type, events);
   self->participant_->keep(self->listener_);
@@ -492,8 +502,8 @@ Result<std::unique_ptr<Writer>> Writer::open(std::shared_ptr<Participant> partic
   // seconds
   qos.reliable_writer_qos().times.heartbeatPeriod = {0, 50'000'000};
   qos.reliable_writer_qos().times.nackResponseDelay = {0, 1'000'000};
-  qos.user_data().setValue(
-      pack_user_data({self->participant_->node_name(), port_name, quality.profile, type.dds_name}));
+  qos.user_data().setValue(pack_user_data({self->participant_->node_name(), port_name, quality.profile,
+                                           type.dds_name, self->participant_->lane_place()}));
   const dds::TypeSupport support(type.make_support());
   self->listener_ =
       std::make_shared<Listener>(*self->participant_, lanes->sending(), quality.transient_local, support);

@@ -1,6 +1,7 @@
 #include "input_port.h"
 
 #include <algorithm>
+#include <chrono>
 #include <utility>
 
 #include "nido/middleware/port_name.h"
@@ -12,6 +13,15 @@ namespace {
 
 // lockstep: messages of one source that wait for their tick; more than any pair of ticks brings
 constexpr std::size_t kMostHeld = 4096;
+// messages whose memory is kept for others
+constexpr std::size_t kMostSpare = 4;
+
+// the clock of source times
+std::int64_t wall_now_ns() {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(
+             std::chrono::system_clock::now().time_since_epoch())
+      .count();
+}
 // commands that a node has not taken yet. Many come at once when one before them was lost on the way and had
 // to be sent again; as many as a sender keeps for a reader that is behind (endpoints.cpp).
 constexpr std::size_t kMostCommands = 2000;
@@ -52,37 +62,155 @@ InputPort::~InputPort() {
   }
 }
 
-void InputPort::Connection::on_message(std::shared_ptr<void> message, const MessageInfo& info) {
-  bool tell = false;
+bool InputPort::Connection::note(const MessageInfo& info) {
+  Stream& stream = streams_[info.writer];
+  if (stream.last >= info.sequence) {
+    return false;  // a repetition
+  }
+  if (stream.last > 0) {
+    counters_.lost += info.sequence - stream.last - 1;
+    gap_ += info.sequence - stream.last - 1;
+  }
+  stream.last = info.sequence;
+  ++counters_.received;
+  counters_.bytes += info.bytes;
+  delays_.note(info.source_time_ns, wall_now_ns());
+  return true;
+}
+
+std::shared_ptr<void> InputPort::Connection::spare_message() {
+  const std::lock_guard lock(port_.mutex_);
+  if (port_.spare_.empty()) {
+    return nullptr;
+  }
+  std::shared_ptr<void> message = std::move(port_.spare_.back());
+  port_.spare_.pop_back();
+  return message;
+}
+
+bool InputPort::Connection::on_payload(std::span<const std::uint8_t> payload, const MessageInfo& info) {
+  if (!port_.has_handler_.load()) {
+    return false;
+  }
+  const std::lock_guard calls(port_.handler_mutex_);
+  if (!port_.payload_handler_) {
+    return false;
+  }
   {
     const std::lock_guard lock(port_.mutex_);
-    Stream& stream = streams_[info.writer];
-    if (stream.last >= info.sequence) {
-      return;  // a repetition
+    if (!note(info)) {
+      return true;
     }
-    if (stream.last > 0) {
-      counters_.lost += info.sequence - stream.last - 1;
-      gap_ += info.sequence - stream.last - 1;
+  }
+  port_.payload_handler_(payload, arrival_of(info));
+  return true;
+}
+
+void InputPort::Connection::on_message(std::shared_ptr<void> message, const MessageInfo& info) {
+  bool tell = false;
+  const bool is_handed_over = port_.has_handler_.load();
+  {
+    const std::lock_guard lock(port_.mutex_);
+    if (!note(info)) {
+      return;
     }
-    stream.last = info.sequence;
-    ++counters_.received;
-    counters_.bytes += info.bytes;
-    Item item{{std::move(message), counters_.source, Time{info.source_time_ns}, info.sequence}, info.writer};
-    if (port_.lockstep_) {
-      held_.push_back(std::move(item));
-      if (held_.size() > kMostHeld) {
-        held_.pop_front();
-        ++counters_.lost;
+    if (!is_handed_over) {
+      Item item{std::move(message), source_, Time{info.source_time_ns}, info.sequence, info.writer};
+      if (port_.lockstep_) {
+        held_.push_back(std::move(item));
+        if (held_.size() > kMostHeld) {
+          held_.pop_front();
+          ++counters_.lost;
+        }
+        tell = target_ && info.sequence >= *target_;
+      } else {
+        port_.keep(*this, std::move(item));
       }
-      tell = target_ && info.sequence >= *target_;
-    } else {
-      port_.keep(*this, std::move(item));
     }
+  }
+  if (is_handed_over) {
+    port_.hand_over(std::move(message), arrival_of(info));
+    return;
   }
   if (tell) {
     port_.book_->arrivals()->notify();
   }
   port_.changed_.notify();
+}
+
+void InputPort::hand_over(std::shared_ptr<void> message, const Arrival& arrival) {
+  {
+    const std::lock_guard calls(handler_mutex_);
+    call_handler(message.get(), arrival);
+  }
+  reuse(std::move(message));
+}
+
+void InputPort::call_handler(void* message, const Arrival& arrival) {
+  if (handler_) {
+    handler_(message, arrival);
+    return;
+  }
+  // it travelled in another way
+  dds::TypeSupport support(type_.make_support());
+  const std::uint32_t size = support->getSerializedSizeProvider(message)();
+  eprosima::fastrtps::rtps::SerializedPayload_t payload(size);
+  if (support->serialize(message, &payload)) {
+    payload_handler_({payload.data, payload.length}, arrival);
+  }
+}
+
+void InputPort::reuse(std::shared_ptr<void> message) {
+  const std::lock_guard lock(mutex_);
+  if (spare_.size() < kMostSpare) {
+    spare_.push_back(std::move(message));
+  }
+}
+
+Status InputPort::set_handlers(RawHandler handler, PayloadHandler payload_handler) {
+  if (lockstep_) {
+    return Error{ErrorCode::kUnsupported, "port " + name_ +
+                                              " is in lockstep, where messages belong to ticks: take them in "
+                                              "run(), a handler is not called"};
+  }
+  const std::lock_guard calls(handler_mutex_);
+  if (handler_ || payload_handler_) {
+    return Error{ErrorCode::kInvalidArgument, "port " + name_ + " has a handler already"};
+  }
+  handler_ = std::move(handler);
+  payload_handler_ = std::move(payload_handler);
+  has_handler_.store(true);
+  // what came before, first
+  for (;;) {
+    std::optional<Item> early;
+    {
+      const std::lock_guard lock(mutex_);
+      if (ready_.empty()) {
+        return {};
+      }
+      early = std::move(ready_.front());
+      ready_.pop_front();
+    }
+    call_handler(early->message.get(), {*early->source, early->source_time, early->sequence});
+  }
+}
+
+bool InputPort::swap_latest(const std::function<void(void* message)>& swap) {
+  std::shared_ptr<void> message;
+  {
+    const std::lock_guard lock(mutex_);
+    if (ready_.empty()) {
+      return false;
+    }
+    while (ready_.size() > 1) {
+      drop_oldest();
+    }
+    message = std::move(ready_.front().message);
+    ready_.pop_front();
+  }
+  swap(message.get());
+  reuse(std::move(message));
+  return true;
 }
 
 void InputPort::Connection::on_matched(const Guid& writer, bool matched) {
@@ -104,14 +232,21 @@ void InputPort::Connection::on_matched(const Guid& writer, bool matched) {
   port_.book_->notify();
 }
 
+void InputPort::drop_oldest() {
+  if (spare_.size() < kMostSpare) {
+    spare_.push_back(std::move(ready_.front().message));
+  }
+  ready_.pop_front();
+}
+
 void InputPort::keep(Connection& connection, Item item) {
   // the bound holds for the queue as a whole: whoever floods it pushes out the oldest, and that one counts as
   // lost
   ready_.push_back(std::move(item));
   if (ready_.size() > depth_) {
-    const auto owner = connections_.find(ready_.front().received.source);
+    const auto owner = connections_.find(*ready_.front().source);
     ++(owner != connections_.end() ? owner->second->counters_.lost : connection.counters_.lost);
-    ready_.pop_front();
+    drop_oldest();
   }
 }
 
@@ -120,7 +255,7 @@ std::optional<RawReceived> InputPort::take() {
   if (ready_.empty()) {
     return std::nullopt;
   }
-  RawReceived received = std::move(ready_.front().received);
+  RawReceived received = ready_.front().to_user();
   ready_.pop_front();
   return received;
 }
@@ -130,7 +265,7 @@ std::optional<RawReceived> InputPort::take_latest() {
   if (ready_.empty()) {
     return std::nullopt;
   }
-  RawReceived received = std::move(ready_.back().received);
+  RawReceived received = ready_.back().to_user();
   ready_.clear();
   return received;
 }
@@ -233,6 +368,15 @@ std::vector<ConnectionCounters> InputPort::connections() const {
     all.push_back(entry.second->counters_);
   }
   return all;
+}
+
+std::string InputPort::delays() const {
+  const std::lock_guard lock(mutex_);
+  std::string text;
+  for (const auto& [source, connection] : connections_) {
+    text += "\n" + source + " " + connection->delays_.text();
+  }
+  return text;
 }
 
 PortDescription InputPort::describe() const {
@@ -353,7 +497,7 @@ void InputPort::release(bool is_first) {
     std::deque<Item> later;
     for (Item& item : connection.held_) {
       const bool is_bound = connection.target_ && item.writer == connection.newest_writer_;
-      (is_bound && item.received.sequence > *connection.target_ ? later : due).push_back(std::move(item));
+      (is_bound && item.sequence > *connection.target_ ? later : due).push_back(std::move(item));
     }
     connection.held_ = std::move(later);
     // Until a writer knows of this port, whether a message reaches it is a matter of chance: only the last

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <deque>
 #include <map>
 #include <memory>
@@ -8,10 +9,12 @@
 #include <string>
 #include <vector>
 
+#include "delay_log.h"
 #include "endpoints.h"
 #include "name_lock.h"
-#include "nido/middleware/raw_port.h"
+#include "nido/middleware/direct_port.h"
 #include "port_book.h"
+#include "ring.h"
 
 namespace nido {
 
@@ -34,6 +37,12 @@ class InputPort final : public RawInput, public InputRecord {
   [[nodiscard]] std::vector<ConnectionCounters> connections() const override;
   [[nodiscard]] const std::string& name() const override { return name_; }
 
+  // See direct_port.h.
+  Status set_handlers(RawHandler handler, PayloadHandler payload_handler);
+  bool swap_latest(const std::function<void(void* message)>& swap);
+  // A line a connection: the source's name, and how long its messages were on their way (delay_log.h).
+  [[nodiscard]] std::string delays() const;
+
   [[nodiscard]] PortDescription describe() const override;
   void drain_name_lock() override { lock_->drain(); }
   std::vector<std::string> new_complaints() override;
@@ -45,8 +54,12 @@ class InputPort final : public RawInput, public InputRecord {
 
  private:
   struct Item {
-    RawReceived received;
+    std::shared_ptr<void> message;
+    std::shared_ptr<const std::string> source;
+    Time source_time;
+    std::uint64_t sequence = 0;
     Guid writer;
+    [[nodiscard]] RawReceived to_user() { return {std::move(message), *source, source_time, sequence}; }
   };
   // What one writer of a source has sent: a source that was started again is another writer.
   struct Stream {
@@ -59,14 +72,25 @@ class InputPort final : public RawInput, public InputRecord {
   class Connection final : public ReaderEvents {
    public:
     Connection(InputPort& port, std::string source)
-        : port_(port), counters_{std::move(source), false, 0, 0, 0} {}
+        : port_(port),
+          source_(std::make_shared<const std::string>(source)),
+          counters_{std::move(source), false, 0, 0, 0} {}
     void on_message(std::shared_ptr<void> message, const MessageInfo& info) override;
     void on_matched(const Guid& writer, bool matched) override;
+    std::shared_ptr<void> spare_message() override;
+    bool on_payload(std::span<const std::uint8_t> payload, const MessageInfo& info) override;
 
    private:
     friend class InputPort;
+    // Counts it; false for one that came before. With the port's mutex.
+    bool note(const MessageInfo& info);
+    [[nodiscard]] Arrival arrival_of(const MessageInfo& info) const {
+      return {*source_, Time{info.source_time_ns}, info.sequence};
+    }
     InputPort& port_;
+    const std::shared_ptr<const std::string> source_;
     ConnectionCounters counters_;
+    DelayLog delays_;
     std::map<Guid, Stream> streams_;
     std::set<Guid> known_writers_;
     std::uint64_t gap_ = 0;                // lockstep: lost on the way, not told yet
@@ -79,6 +103,10 @@ class InputPort final : public RawInput, public InputRecord {
 
   InputPort() = default;
   void keep(Connection& connection, Item item);
+  void reuse(std::shared_ptr<void> message);
+  void hand_over(std::shared_ptr<void> message, const Arrival& arrival);
+  void call_handler(void* message, const Arrival& arrival);  // with handler_mutex_
+  void drop_oldest();                                        // with mutex_
   [[nodiscard]] bool has_arrived(const Connection& connection) const;
   [[nodiscard]] EndpointInfo own_info() const;
 
@@ -95,7 +123,13 @@ class InputPort final : public RawInput, public InputRecord {
   std::mutex wiring_mutex_;  // one connect or disconnect at a time; never held in a DDS callback
   mutable std::mutex mutex_;
   std::map<std::string, std::unique_ptr<Connection>> connections_;  // by source: the order of lockstep
-  std::deque<Item> ready_;
+  Ring<Item> ready_;
+  std::vector<std::shared_ptr<void>> spare_;  // messages that can be filled again
+
+  std::mutex handler_mutex_;  // one call at a time, whatever the thread
+  std::atomic<bool> has_handler_{false};
+  RawHandler handler_;
+  PayloadHandler payload_handler_;
   std::set<Guid> complained_;
 };
 

@@ -139,6 +139,8 @@ std::unique_ptr<LaneServer> LaneServer::open(const eprosima::fastrtps::rtps::Gui
   return self;
 }
 
+std::unique_ptr<LaneServer> LaneServer::closed() { return std::unique_ptr<LaneServer>(new LaneServer()); }
+
 LaneServer::~LaneServer() {
   if (listener_) {
     listener_->stop();
@@ -147,10 +149,18 @@ LaneServer::~LaneServer() {
   receiving_->stop();
 }
 
-void LaneServer::enter(const std::shared_ptr<LaneWriter>& writer) { listener_->enter(writer); }
-void LaneServer::leave(const Guid& writer) { listener_->leave(writer); }
+void LaneServer::enter(const std::shared_ptr<LaneWriter>& writer) {
+  if (listener_) {
+    listener_->enter(writer);
+  }
+}
+void LaneServer::leave(const Guid& writer) {
+  if (listener_) {
+    listener_->leave(writer);
+  }
+}
 
-const std::string& lane_place() {
+std::string here() {
   static const std::string place = [] {
     std::string boot;
     std::ifstream("/proc/sys/kernel/random/boot_id") >> boot;

@@ -109,6 +109,8 @@ class LaneServer {
  public:
   // Null when there are no sockets.
   static std::unique_ptr<LaneServer> open(const eprosima::fastrtps::rtps::GuidPrefix_t& prefix);
+  // For a participant that has no lanes: the threads only.
+  static std::unique_ptr<LaneServer> closed();
   ~LaneServer();
   LaneServer(const LaneServer&) = delete;
   LaneServer& operator=(const LaneServer&) = delete;
@@ -131,6 +133,6 @@ class LaneServer {
 };
 
 // Equal for processes between which lanes are possible: the same machine and network namespace.
-const std::string& lane_place();
+std::string here();
 
 }  // namespace nido

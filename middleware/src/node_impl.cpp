@@ -515,12 +515,22 @@ std::string NodeImpl::control(const std::string& command) {
     });
     return text;
   }
+  if (verb == "delays") {
+    std::string text = "[fail] node " + options_.name + " has no input port '" + first + "'";
+    book_->each_input([&](InputRecord& record) {
+      const auto* port = dynamic_cast<const InputPort*>(&record);
+      if (port != nullptr && port->name() == first) {
+        text = "[ok]" + port->delays();
+      }
+    });
+    return text;
+  }
   if (verb == "stop") {
     stop();
     return "[ok]";
   }
   return "[fail] '" + command +
-         "' is not understood; there are: connect OUT IN, disconnect OUT IN, set KEY VALUE, info, stop";
+         "' is not understood; there are: connect OUT IN, disconnect OUT IN, set KEY VALUE, info, delays INPUT, stop";
 }
 
 }  // namespace nido

@@ -73,7 +73,8 @@ OutputPort::~OutputPort() {
 
 void OutputPort::begin_tick() { tick_began_at_.store(writer_->written()); }
 
-Status OutputPort::write(const void* message) {
+template <class Send>
+Status OutputPort::send(const Send& send) {
   const std::uint64_t began_at = tick_began_at_.load();
   if (room_ && began_at != kNever && writer_->written() - began_at >= *room_) {
     return Error{ErrorCode::kFailed,
@@ -81,7 +82,7 @@ Status OutputPort::write(const void* message) {
                      " messages in one tick of the lockstep, and no more are kept for its "
                      "readers: open it with profile event and a larger depth"};
   }
-  if (writer_->write(message)) {
+  if (send()) {
     return {};
   }
   if (profile_ == Profile::kCommand) {
@@ -91,6 +92,14 @@ Status OutputPort::write(const void* message) {
                      "is its process stopped?"};
   }
   return Error{ErrorCode::kFailed, "port " + name_ + " could not send a message"};
+}
+
+Status OutputPort::write(const void* message) {
+  return send([&] { return writer_->write(message); });
+}
+
+Status OutputPort::write_loan(std::size_t bytes) {
+  return send([&] { return writer_->write_loan(bytes); });
 }
 
 bool OutputPort::wait_for_readers(std::size_t count, double timeout_s) {

@@ -24,6 +24,9 @@ class OutputPort final : public RawOutput, public OutputRecord {
   ~OutputPort() override;
 
   Status write(const void* message) override;
+  // See direct_port.h.
+  std::uint8_t* loan(std::size_t bytes) { return writer_->loan(bytes); }
+  Status write_loan(std::size_t bytes);
   [[nodiscard]] std::size_t reader_count() const override { return writer_->reader_count(); }
   bool wait_for_readers(std::size_t count, double timeout_s) override;
   [[nodiscard]] const std::string& name() const override { return name_; }
@@ -36,6 +39,8 @@ class OutputPort final : public RawOutput, public OutputRecord {
 
  private:
   OutputPort() = default;
+  template <class Send>
+  Status send(const Send& send);
   std::string name_;
   MessageType type_;
   Profile profile_ = Profile::kSensor;

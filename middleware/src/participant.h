@@ -68,6 +68,8 @@ class Participant {
   // The direct way to ports of this machine (lane_wire.h); made at the first call, which is before others can
   // know of any endpoint. Null when there are no sockets.
   std::shared_ptr<LaneServer> lanes();
+  // Where lanes can reach this process; empty with DDS-Security, which they would go round.
+  [[nodiscard]] std::string lane_place() const;
   // True if a lane can lead to this endpoint: it is nido's, on this machine.
   [[nodiscard]] bool is_near(const Guid& endpoint) const;
 

@@ -4,8 +4,6 @@
 #include <iterator>
 #include <map>
 
-#include "lane_writer.h"
-
 namespace nido {
 
 namespace {
@@ -39,8 +37,10 @@ std::string type_hash_of(const std::string& dds_type) {
 }
 
 std::vector<unsigned char> pack_user_data(const EndpointUserData& data) {
-  std::string text = "nido=1;node=" + data.node + ";port=" + data.port + ";profile=" + data.profile + ";lane=" +
-                     lane_place() + ";";
+  std::string text = "nido=1;node=" + data.node + ";port=" + data.port + ";profile=" + data.profile + ";";
+  if (!data.lane_place.empty()) {
+    text += "lane=" + data.lane_place + ";";
+  }
   if (const std::string hash = type_hash_of(data.dds_type); !hash.empty()) {
     text += "typehash=" + hash + ";";
   }

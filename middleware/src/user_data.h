@@ -9,13 +9,14 @@ namespace nido {
 
 // What an endpoint tells about itself in its DDS user data: "key=value;" pairs, as ROS 2 writes them.
 //   nido=1;node=vision;port=/vision/objects:o;profile=event;lane=PLACE;typehash=RIHS01_...;
-// PLACE is where lanes reach it (lane_wire.h). The type hash (REP 2016) is there for message types; a ROS 2 program of Iron or later compares it with its
-// own.
+// PLACE is where lanes reach it (lane_wire.h). The type hash (REP 2016) is there for message types; a ROS 2
+// program of Iron or later compares it with its own.
 struct EndpointUserData {
   std::string node;
   std::string port;
   std::string profile;
-  std::string dds_type;  // "std_msgs::msg::dds_::String_"
+  std::string dds_type;    // "std_msgs::msg::dds_::String_"
+  std::string lane_place{};  // empty: there are no lanes to it
 };
 std::vector<unsigned char> pack_user_data(const EndpointUserData& data);
 
