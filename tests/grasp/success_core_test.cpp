@@ -61,6 +61,23 @@ class Bench {
   double above_m_ = 0;
 };
 
+TEST(SuccessCore, EyesHaveTimeToForgetTheLastThingBeforeTheNext) {
+  SuccessCore core(SuccessOptions{.seed = 1, .first = 0, .count = 2});
+  SuccessInputs in;
+  std::optional<int> removed;
+  int pause = 0;
+  for (int tick = 0; tick < 2000; ++tick) {
+    const SuccessOutputs out = core.step(kTick_s, in);
+    in = {};
+    if (out.reach) in.reach = SuccessInputs::Done{out.reach->id, true};
+    if (out.grasp) in.grasp = SuccessInputs::Done{out.grasp->id, true};
+    if (out.say) in.stages = {{"idle", "failed", ""}};
+    if (out.remove) removed = tick;
+    if (out.put) pause = tick - removed.value_or(tick);
+  }
+  EXPECT_GE(pause * kTick_s, 3.5);
+}
+
 TEST(SuccessCore, ThreeSecondsInTheAirAreASuccess) {
   Bench bench(0);
   ASSERT_EQ(bench.said_, std::vector<std::string>{"grasp blue cube"});

@@ -130,6 +130,23 @@ TEST(TrialsCore, ThePullGrowsUntilTheTestEndsAndComesFromAllSides) {
   EXPECT_TRUE((least.array() < -10).all() && most.x() > 10 && most.y() > 10);
 }
 
+TEST(TrialsCore, WhatLeansOnAnotherThingIsNotHeld) {
+  TrialsCore core(options(1), {kRest_m}, 1);
+  TrialInputs inputs;
+  std::optional<TrialResult> result;
+  for (int tick = 0; tick < 20000 && !result; ++tick) {
+    inputs.object_height_m = kRest_m + 0.08;
+    inputs.borne_by_other = true;
+    const TrialOutputs out = core.step(kTick_s, inputs);
+    inputs = {};
+    if (out.reach) inputs.reach = TrialInputs::Done{out.reach->id, "done", ""};
+    if (out.grasp) inputs.grasp = TrialInputs::Done{out.grasp->id, "done", ""};
+    result = out.result;
+  }
+  ASSERT_TRUE(result);
+  EXPECT_DOUBLE_EQ(result->reward, 0.0);
+}
+
 TEST(TrialsCore, GravityAloneUnlessAsked) {
   TrialsCore core(options(2), {kRest_m}, 1);
   Robot robot;

@@ -1,6 +1,7 @@
 // nido-experiment-grasp-learning: the Jordan network learns to close the hand by reward and penalty, through
 // ports and under physics (the paper's Figs. 13 and 14). --weights DIR writes grasp.txt, which nido-grasp
-// uses: the network of the seed whose closings hold best in --validate further attempts without exploring.
+// uses: the network of the seed whose closings hold best in --validate further attempts without exploring,
+// all over the table and beside a basket.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -91,7 +92,8 @@ std::string command_of(const Request& request) {
 // One run of the app in `out`, with settings of its own besides those of all; its attempts.
 Result<std::vector<Attempt>> run_attempts(const Request& request, const std::filesystem::path& out,
                                           std::uint64_t seed, int lane, int attempts,
-                                          const std::vector<std::string>& settings) {
+                                          const std::vector<std::string>& settings,
+                                          const std::string& world) {
   std::error_code failure;
   std::filesystem::create_directories(out, failure);
   if (failure) return Error{ErrorCode::kFailed, out.string() + ": " + failure.message()};
@@ -100,6 +102,8 @@ Result<std::vector<Attempt>> run_attempts(const Request& request, const std::fil
                                         "--rate",
                                         "max",
                                         "--lockstep",
+                                        "--world",
+                                        world,
                                         "--domain",
                                         std::to_string(request.domain + lane),
                                         "--out",
@@ -131,12 +135,16 @@ Result<Run> learn(const Request& request, std::uint64_t seed, int lane) {
   const std::filesystem::path out = folder_of(request, seed);
   auto learned = run_attempts(
       request, out, seed, lane, request.attempts,
-      {fmt::format("grasp_trials.until_max={}", request.until_max), "grasp.command=" + command_of(request)});
+      {fmt::format("grasp_trials.until_max={}", request.until_max), "grasp.command=" + command_of(request)},
+      "grasp_trial");
   if (!learned) return learned.error();
   Run run{seed, std::move(*learned), {}};
   if (request.validate > 0) {
-    auto tested = run_attempts(request, out / "validation", seed + kValidationSeeds, lane, request.validate,
-                               {"grasp.mode=test", "grasp.weights=" + (out / "run" / "grasp.txt").string()});
+    auto tested = run_attempts(
+        request, out / "validation", seed + kValidationSeeds, lane, request.validate,
+        {"grasp.mode=test", "grasp.weights=" + (out / "run" / "grasp.txt").string(), "grasp_trials.x_m=-0.32",
+         "grasp_trials.y_m=0.06", "grasp_trials.spread_m=0.06", "grasp_trials.beside=side basket"},
+        "grasp_validation");
     if (!tested) return tested.error();
     run.validation = std::move(*tested);
   }
@@ -308,7 +316,8 @@ int main(int argc, char** argv) {
   app.add_option("--weights", request.weights,
                  "folder to write grasp.txt to: of the seed that was validated best, or of the first");
   app.add_option("--validate", request.validate,
-                 "attempts without exploring after each run, at other places; the best network is taken")
+                 "attempts without exploring after each run, all over the table beside a basket; the best "
+                 "network is taken")
       ->check(CLI::Range(0, 10000))
       ->capture_default_str();
   app.add_option("--pull", request.pull_N, "N, at the object at the end of the test; 0: gravity alone")

@@ -8,6 +8,9 @@ namespace nido::grasp {
 namespace {
 
 constexpr double kSettle_s = 1.0;  // what was put down comes to rest, and the eyes have seen it
+// The table stays empty for so long: the eyes keep a thing's identity for 3 s, and would take the next thing
+// for the last one, moved.
+constexpr double kEmpty_s = 4.0;
 constexpr double kPi = 3.14159265358979323846;
 
 }  // namespace
@@ -152,6 +155,7 @@ SuccessOutputs SuccessCore::step(double dt_s, const SuccessInputs& inputs) {
         out.finished = true;
         break;
       }
+      if (in_state_s_ < kEmpty_s) break;
       result_ = SuccessResult{};
       result_.number = number_;
       result_.thing = draw_thing(options_.seed, number_);

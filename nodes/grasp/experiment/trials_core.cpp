@@ -159,7 +159,8 @@ TrialOutputs TrialsCore::step(double dt_s, const TrialInputs& inputs) {
       }
       break;
     case Stage::kHold: {
-      const bool up = inputs.object_height_m > rest_height_m_[which_] + options_.up_m;
+      const bool up =
+          inputs.object_height_m > rest_height_m_[which_] + options_.up_m && !inputs.borne_by_other;
       if (up) out.pull = pull();
       if (up) ++result_.steps_held;
       if (!up || result_.steps_held >= options_.test_steps) end_attempt(out);

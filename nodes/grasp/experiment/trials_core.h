@@ -71,7 +71,8 @@ struct TrialInputs {
   };
   std::optional<Done> reach;
   std::optional<Done> grasp;
-  double object_height_m = 0;  // of its middle, root frame; looked at while wants_height()
+  double object_height_m = 0;   // of its middle, root frame; looked at while wants_height()
+  bool borne_by_other = false;  // table or another thing touches it; likewise
 };
 
 // The experimenter of the grasping experiment: has the open hand brought to a place over the table, puts the

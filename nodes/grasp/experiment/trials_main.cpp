@@ -73,6 +73,21 @@ Status run(Node& node) {
                     "0.05 and 0 or more",
                     *pull_N, *off_m, *turn_rad)};
   }
+  auto spread_m = node.parameter<double>("spread_m", options.spread_m);
+  if (!spread_m) return spread_m.error();
+  auto x_m = node.parameter<double>("x_m", options.p_Root_m.x());
+  if (!x_m) return x_m.error();
+  auto y_m = node.parameter<double>("y_m", options.p_Root_m.y());
+  if (!y_m) return y_m.error();
+  if (!(*spread_m >= 0 && *spread_m <= 0.08)) {
+    return Error{ErrorCode::kInvalidArgument,
+                 fmt::format("parameter spread_m is {}; expected 0 to 0.08", *spread_m)};
+  }
+  options.spread_m = *spread_m;
+  options.p_Root_m = {*x_m, *y_m};
+  // a thing beside which the hand works: put back before each attempt, and what leans on it is not held
+  auto beside = node.parameter<std::string>("beside", "");
+  if (!beside) return beside.error();
   auto until_max = node.parameter<bool>("until_max", options.until_max);
   if (!until_max) return until_max.error();
   options.until_max = *until_max;
@@ -113,6 +128,11 @@ Status run(Node& node) {
         boxes[object] = *box;
         heights.push_back(box->p_Root_m.z());
       }
+      if (!beside->empty()) {
+        auto box = box_of(node, *beside);
+        if (!box) return box.error();
+        boxes[*beside] = *box;
+      }
       core.emplace(options, heights, node.options().seed);
     }
     TrialInputs inputs;
@@ -122,9 +142,18 @@ Status run(Node& node) {
       auto box = box_of(node, core->object());
       if (!box) return box.error();
       inputs.object_height_m = box->p_Root_m.z();
+      if (!beside->empty()) {
+        auto other = touches_other(node, core->object());
+        if (!other) return other.error();
+        inputs.borne_by_other = *other;
+      }
     }
     const TrialOutputs out = core->step(node.options().period_s, inputs);
     if (out.put) {
+      if (!beside->empty()) {
+        auto back = place(node, *beside, boxes[*beside].p_Root_m.head<2>(), boxes[*beside].frame_Root_m, 0.0);
+        if (!back) return back;
+      }
       auto there = place(node, out.put->object, out.put->p_Root_m, boxes[out.put->object].frame_Root_m,
                          out.put->yaw_rad);
       if (!there) return there;

@@ -43,6 +43,16 @@ Result<Box> box_of(Node& node, const std::string& object) {
   return box;
 }
 
+Result<bool> touches_other(Node& node, const std::string& object) {
+  auto answer = ask_world(node, "world touching \"" + object + "\"");
+  if (!answer) return answer.error();
+  std::istringstream in(*answer);
+  int hand = 0;
+  int other = 0;
+  if (!(in >> hand >> other)) return Error{ErrorCode::kFailed, "no answer of two numbers: " + *answer};
+  return other != 0;
+}
+
 Status place(Node& node, const std::string& object, const Eigen::Vector2d& p_Root_m, double frame_Root_m,
              double yaw_rad) {
   // upright: its frame points up, which is y of the world port

@@ -24,6 +24,9 @@ struct Box {
 };
 Result<Box> box_of(Node& node, const std::string& object);
 
+// Does the table, the floor or another thing touch it?
+Result<bool> touches_other(Node& node, const std::string& object);
+
 // Puts a thing upright and at rest: its frame's origin over p at this height, root frame.
 Status place(Node& node, const std::string& object, const Eigen::Vector2d& p_Root_m, double frame_Root_m,
              double yaw_rad);
