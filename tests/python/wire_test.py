@@ -86,6 +86,9 @@ class Streams(unittest.TestCase):
                 far.sendall(wire._FAST_TCP)
                 for piece in pieces:
                     far.sendall(piece)
+                far.shutdown(socket.SHUT_WR)
+                while far.recv(1000):  # closed before all is read, the connection would be reset
+                    pass
         thread = threading.Thread(target=run)
         thread.start()
         self.addCleanup(thread.join)

@@ -133,7 +133,10 @@ class Stream:
         return at + size if len(self._bytes) >= at + size else None
 
     def _receive(self):
-        piece = self._socket.recv(1 << 18)
+        try:
+            piece = self._socket.recv(1 << 18)
+        except ConnectionError:  # closed with something of ours unread
+            piece = b""
         if not piece:
             raise NotFound("the port closed the connection")
         self._bytes += piece
