@@ -25,7 +25,9 @@ class SpeechCoreTest : public testing::Test {
   }
 
   std::unique_ptr<SpeechCore> make() {
-    auto core = SpeechCore::create(book_, {});
+    SpeechSettings settings;
+    settings.adaptation = NIDO_SPEECH_MODEL;
+    auto core = SpeechCore::create(book_, settings);
     EXPECT_TRUE(core.ok()) << (core.ok() ? "" : core.error().message);
     return core.ok() ? std::move(core).value() : nullptr;
   }
@@ -267,8 +269,13 @@ TEST_F(SpeechCoreTest, MissingModelIsASentence) {
   EXPECT_EQ(core.error().code, ErrorCode::kNotFound);
   EXPECT_NE(core.error().message.find("/nowhere/model"), std::string::npos);
   settings = {};
+  settings.adaptation = "/nowhere/adapted";
+  EXPECT_NE(SpeechCore::create(book_, settings).error().message.find("/nowhere/adapted"), std::string::npos);
+  settings = {};
   settings.dictionary = "/nowhere/words.dict";
-  EXPECT_NE(SpeechCore::create(book_, settings).error().message.find("/nowhere/words.dict"),
+  const auto without_words = SpeechCore::create(book_, settings);
+  ASSERT_TRUE(without_words.ok());
+  EXPECT_NE((*without_words)->pronunciations({"yellow"}).error().message.find("/nowhere/words.dict"),
             std::string::npos);
   settings = {};
   settings.end_silence_s = -1.0;

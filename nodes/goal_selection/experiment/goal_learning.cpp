@@ -139,12 +139,7 @@ Status run(const Request& request) {
   }
   const double wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
   const Report report = make_report(request, trials, wall_s);
-  if (const Status saved = report.save(request.out); !saved) return saved;
-  for (const auto& [name, metric] : report.metrics) {
-    fmt::print("{:<22} {:.4f}{}\n", name, metric.value,
-               metric.paper ? fmt::format("  [paper {}]", *metric.paper) : "");
-  }
-  fmt::print("{}/report.html\n", request.out);
+  if (const Status saved = save_and_print(report, request.out); !saved) return saved;
   if (interrupt.raised()) return Error{ErrorCode::kInterrupted, "interrupted: the report has what was done"};
   return {};
 }

@@ -37,8 +37,10 @@ struct Request : ExperimentRequest {
   std::string app = "speech_and_action";
   std::string world = "random_table";
   std::string robot;
-  int domain = 0;          // of the first job; 0: chosen
-  double limit_s = 600.0;  // of wall time for one trial
+  std::vector<std::string> app_set;  // KEY=VALUE, for the app
+  bool fresh = false;                // forget the trials of an earlier run
+  int domain = 0;                    // of the first job; 0: chosen
+  double limit_s = 600.0;            // of wall time for one trial
 };
 
 // stages in their order, and whether a verb has them
@@ -71,6 +73,13 @@ struct Running {
   std::chrono::steady_clock::time_point started;
   bool told_to_stop = false;
 };
+
+// What a trial is known by, so that one of an earlier run is used again only if it was the same.
+std::string fingerprint(const Request& request, const Trial& trial) {
+  return fmt::format("seed {}\nphrase {}\napp {}\nworld {}\nrobot {}\nset {}\n", trial.seed, trial.phrase,
+                     request.app, request.world, request.robot, fmt::join(request.app_set, " "));
+}
+fs::path fingerprint_file(const Trial& trial) { return trial.folder.string() + ".done"; }
 
 // In a process group of its own: Ctrl-C at the terminal reaches it once, through us.
 Result<pid_t> start(const std::vector<std::string>& arguments, const fs::path& log) {
@@ -217,11 +226,12 @@ class Experiment {
     std::error_code error;
     fs::create_directories(request_.out, error);
     if (error) return Error{ErrorCode::kFailed, fmt::format("cannot make the folder {}", request_.out)};
+    if (!request_.fresh) take_earlier_trials();
     const InterruptFlag interrupt;
     ProgressBar progress("speech-and-action", request_.trials);
     Status failure;
-    while (failure.ok() && (!running_.empty() || (next_ < request_.trials && !interrupt.raised()))) {
-      while (failure.ok() && !interrupt.raised() && next_ < request_.trials &&
+    while (failure.ok() && (!running_.empty() || (skip_done() < request_.trials && !interrupt.raised()))) {
+      while (failure.ok() && !interrupt.raised() && skip_done() < request_.trials &&
              static_cast<int>(running_.size()) < request_.jobs) {
         failure = start_next();
       }
@@ -259,12 +269,41 @@ class Experiment {
  private:
   Status save() const { return report().save(request_.out); }
 
+  [[nodiscard]] Trial trial_of(int index) const {
+    Trial trial;
+    trial.number = index + 1;
+    trial.seed = request_.seed + static_cast<std::uint64_t>(index);
+    trial.phrase = request_.say[static_cast<std::size_t>(index) % request_.say.size()];
+    trial.folder = fs::absolute(fs::path(request_.out) / fmt::format("trial-{:03d}", trial.number));
+    return trial;
+  }
+
+  // the trials that are complete already, of an earlier run into the same folder
+  void take_earlier_trials() {
+    for (int index = 0; index < request_.trials; ++index) {
+      Trial trial = trial_of(index);
+      std::ifstream file(fingerprint_file(trial));
+      const std::string found(std::istreambuf_iterator<char>(file), {});
+      if (found != fingerprint(request_, trial)) continue;
+      read_outcome(trial);
+      trials_.push_back(std::move(trial));
+      done_.insert(index);
+    }
+    if (!done_.empty())
+      fmt::print(stderr, "{} trials are there already (--fresh for new ones)\n", done_.size());
+  }
+
+  // the next trial that is not there
+  int skip_done() {
+    while (done_.contains(next_)) ++next_;
+    return next_;
+  }
+
   Status start_next() {
     Running job;
-    job.trial.number = next_ + 1;
-    job.trial.seed = request_.seed + static_cast<std::uint64_t>(next_);
-    job.trial.phrase = request_.say[static_cast<std::size_t>(next_) % request_.say.size()];
-    job.trial.folder = fs::absolute(fs::path(request_.out) / fmt::format("trial-{:03d}", job.trial.number));
+    job.trial = trial_of(next_);
+    std::error_code ignored;
+    fs::remove(fingerprint_file(job.trial), ignored);
     job.started = std::chrono::steady_clock::now();
     std::set<int> used;
     for (const Running& other : running_) used.insert(other.domain);
@@ -287,6 +326,10 @@ class Experiment {
       arguments.emplace_back("--robot");
       arguments.push_back(request_.robot);
     }
+    for (const std::string& set : request_.app_set) {
+      arguments.emplace_back("--set");
+      arguments.push_back(set);
+    }
     const auto child = start(arguments, job.trial.folder.string() + ".log");
     if (!child) return child.error();
     job.child = *child;
@@ -305,6 +348,7 @@ class Experiment {
       const bool counts = !job->told_to_stop || job_is_late(*job);
       if (counts) {
         read_outcome(job->trial);
+        std::ofstream(fingerprint_file(job->trial)) << fingerprint(request_, job->trial);
         trials_.push_back(job->trial);
       }
       job = running_.erase(job);
@@ -337,6 +381,7 @@ class Experiment {
   fs::path nido_;
   std::chrono::steady_clock::time_point started_;
   int next_ = 0;
+  std::set<int> done_;  // by an earlier run
   long shown_ = -1;
   std::vector<Running> running_;
   std::vector<Trial> trials_;
@@ -359,14 +404,7 @@ Status run(Request request) {
     request.domain = kLowest + static_cast<int>(getpid() * 13L % (kRange - request.jobs));
   Experiment experiment(request, places->programs / "nido");
   const Status status = experiment.run();
-  const Report report = experiment.report();
-  for (const auto& [name, metric] : report.metrics) {
-    fmt::print("{:<44} {:.3f}{}\n", name, metric.value,
-               metric.ci95 ? fmt::format("  ({:.2f} to {:.2f}, n = {})", (*metric.ci95)[0], (*metric.ci95)[1],
-                                         metric.n)
-                           : "");
-  }
-  fmt::print("{}/report.html\n", request.out);
+  if (const Status saved = save_and_print(experiment.report(), request.out); !saved) return saved;
   return status;
 }
 
@@ -390,6 +428,10 @@ int main(int argc, char** argv) {
   app.add_option("--app", request.app, "app file or name")->capture_default_str();
   app.add_option("--world", request.world, "world file or name")->capture_default_str();
   app.add_option("--robot", request.robot, "robot file or name (default: the app's)");
+  app.add_option("--app-set", request.app_set,
+                 "KEY=VALUE for the app, as of nido launch --set; may come again");
+  app.add_flag("--fresh", request.fresh,
+               "does trials again that an earlier run into the same folder completed");
   app.add_option("--domain", request.domain,
                  "DDS domain of the first job, the others follow (default: chosen)")
       ->check(CLI::Range(1, 200));

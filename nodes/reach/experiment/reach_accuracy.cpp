@@ -114,11 +114,7 @@ Status run(const Request& request) {
     for (Plot& plot : plots) report.plots.push_back(std::move(plot));
   }
   report.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
-  if (const Status saved = report.save(request.out); !saved) return saved;
-  for (const auto& [name, metric] : report.metrics)
-    fmt::print("{:<36} {:.4f} {}\n", name, metric.value, metric.unit);
-  fmt::print("{}/report.html\n", request.out);
-  return {};
+  return save_and_print(report, request.out);
 }
 
 }  // namespace

@@ -356,13 +356,7 @@ Status run(const Request& request) {
     if (const Status written = write_weights(request, *network, *hand); !written) return written;
   }
   report.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
-  if (const Status saved = report.save(request.out); !saved) return saved;
-  for (const auto& [name, metric] : report.metrics) {
-    fmt::print("{:<32} {:.4f} {}{}\n", name, metric.value, metric.unit,
-               metric.paper ? fmt::format("  [paper {}]", *metric.paper) : "");
-  }
-  fmt::print("{}/report.html\n", request.out);
-  return {};
+  return save_and_print(report, request.out);
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -57,6 +58,23 @@ Metric median_metric(const std::vector<double>& samples, const std::string& unit
 
 Metric mean_metric(const std::vector<double>& samples, const std::string& unit, std::optional<double> paper) {
   return {mean(samples), unit, static_cast<long>(samples.size()), mean_interval(samples), paper};
+}
+
+Status save_and_print(const Report& report, const std::string& folder) {
+  if (Status saved = report.save(folder); !saved) return saved;
+  std::size_t widest = 0;
+  for (const auto& [name, metric] : report.metrics) widest = std::max(widest, name.size());
+  for (const auto& [name, metric] : report.metrics) {
+    std::string line = fmt::format("{:<{}}  {:.4f}", name, widest, metric.value);
+    if (!metric.unit.empty()) line += " " + metric.unit;
+    if (metric.ci95) {
+      line += fmt::format("  ({:.4f} to {:.4f}, n = {})", (*metric.ci95)[0], (*metric.ci95)[1], metric.n);
+    }
+    if (metric.paper) line += fmt::format("  [paper {}]", *metric.paper);
+    fmt::print("{}\n", line);
+  }
+  fmt::print("{}/report.html\n", folder);
+  return {};
 }
 
 std::map<std::string, std::string> standard_versions() {

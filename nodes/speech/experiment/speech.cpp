@@ -7,9 +7,10 @@
 #include <atomic>
 #include <chrono>
 #include <cmath>
+#include <filesystem>
+#include <fstream>
 #include <map>
 #include <mutex>
-#include <random>
 #include <thread>
 
 #include "nido/launcher/paths.h"
@@ -25,6 +26,7 @@ namespace nido {
 namespace {
 
 struct Request : ExperimentRequest {
+  SpeechSettings settings;
   std::string phrases;
   // none of them, and none of the speeds, was used to choose pronunciations and costs (docs/speech.md)
   std::vector<std::string> voices = {"en-us+f1", "en-us+f2",   "en-us+m7",
@@ -49,43 +51,6 @@ const std::vector<Noise>& noises() {
   return list;
 }
 
-void add_noise(std::vector<std::int16_t>& samples, const Noise& noise, std::uint64_t seed) {
-  if (noise.none) return;
-  // power of the speech alone: where it is louder than a hundredth of the peak
-  int peak = 1;
-  for (const auto sample : samples) peak = std::max(peak, std::abs(static_cast<int>(sample)));
-  double power = 0.0;
-  double count = 0.0;
-  for (const auto sample : samples) {
-    if (std::abs(static_cast<int>(sample)) * 100 > peak) {
-      power += static_cast<double>(sample) * sample;
-      count += 1.0;
-    }
-  }
-  std::mt19937_64 generator(seed);
-  std::vector<double> sound(samples.size());
-  double b0 = 0.0;
-  double b1 = 0.0;
-  double b2 = 0.0;
-  double noise_power = 0.0;
-  for (double& value : sound) {
-    const double white = static_cast<double>(generator() >> 11U) * 0x1p-53 - 0.5;
-    // pink by three one-pole filters
-    b0 = 0.99765 * b0 + white * 0.0990460;
-    b1 = 0.96300 * b1 + white * 0.2965164;
-    b2 = 0.57000 * b2 + white * 1.0526913;
-    value = noise.pink ? b0 + b1 + b2 + white * 0.1848 : white;
-    noise_power += value * value;
-  }
-  noise_power /= static_cast<double>(sound.size());
-  const double gain =
-      std::sqrt(power / std::max(1.0, count) / noise_power * std::pow(10.0, -noise.snr_db / 10.0));
-  for (std::size_t i = 0; i < samples.size(); ++i) {
-    samples[i] =
-        static_cast<std::int16_t>(std::clamp(std::lround(samples[i] + gain * sound[i]), -32768L, 32767L));
-  }
-}
-
 // What came of one voice at one speed in one noise.
 struct Cell {
   int said = 0;
@@ -96,7 +61,8 @@ struct Cell {
   std::vector<double> latency_s;                      // end of the speech to the answer, work included
   std::vector<double> end_pointing_s;                 // the same without the time that the work took
   double sound_s = 0.0;
-  double work_s = 0.0;  // wall time
+  double work_s = 0.0;                // wall time
+  std::vector<std::string> mistakes;  // a line each
 };
 
 struct Conditions {
@@ -141,11 +107,10 @@ Result<Answer> say(SpeechCore& core, double& now_s, std::vector<std::int16_t> sa
 }
 
 // Every `step`-th phrase from `first` on, and some other speech.
-Result<Cell> run_cell(const PhraseBook& book, const Conditions& conditions, std::size_t first,
-                      std::size_t step, const std::vector<OtherSpeech>& others, std::uint64_t seed,
-                      const InterruptFlag& interrupt) {
+Result<Cell> run_cell(const PhraseBook& book, SpeechSettings settings, const Conditions& conditions,
+                      std::size_t first, std::size_t step, const std::vector<OtherSpeech>& others,
+                      std::uint64_t seed, const InterruptFlag& interrupt) {
   constexpr double kSilenceAfter_s = 1.0;
-  SpeechSettings settings;
   settings.seed = seed;
   auto core = SpeechCore::create(book, settings);
   if (!core) return core.error();
@@ -154,7 +119,8 @@ Result<Cell> run_cell(const PhraseBook& book, const Conditions& conditions, std:
   std::uint64_t noise_seed = seed * 1000;
   const auto hear = [&](Result<std::vector<std::int16_t>> samples) -> Result<Answer> {
     if (!samples) return samples.error();
-    add_noise(*samples, conditions.noise, ++noise_seed);
+    if (const Noise& noise = conditions.noise; !noise.none)
+      add_noise(*samples, noise.pink ? NoiseKind::kPink : NoiseKind::kWhite, noise.snr_db, ++noise_seed);
     cell.sound_s += static_cast<double>(samples->size()) / kSpeechRate_hz;
     auto answer = say(**core, now_s, std::move(samples).value(), kSilenceAfter_s);
     if (answer) cell.work_s += answer->work_s;
@@ -176,6 +142,13 @@ Result<Cell> run_cell(const PhraseBook& book, const Conditions& conditions, std:
     cell.right += right ? 1 : 0;
     cell.wrong += wrong ? 1 : 0;
     cell.missed += !right && !wrong ? 1 : 0;
+    if (!right) {
+      std::string what;
+      for (const HeardPhrase& heard : answer->heard) what += heard.accepted ? heard.text : heard.reason;
+      cell.mistakes.push_back(fmt::format("{} {} {}: \"{}\": {}", conditions.voice, conditions.speed,
+                                          conditions.noise.name, phrase.text,
+                                          what.empty() ? "nothing" : what));
+    }
     if (right) {
       cell.end_pointing_s.push_back(answer->end_pointing_s);
       cell.latency_s.push_back(answer->end_pointing_s + answer->decode_s);
@@ -186,6 +159,12 @@ Result<Cell> run_cell(const PhraseBook& book, const Conditions& conditions, std:
     const auto answer = hear(other.text.empty() ? make_sound(other.kind, other.seed, kSilenceAfter_s)
                                                 : speak(other.text, voice, 0.5, kSilenceAfter_s));
     if (!answer) return answer.error();
+    for (const HeardPhrase& heard : answer->heard) {
+      if (!heard.accepted) continue;
+      cell.mistakes.push_back(fmt::format("{} {} {}: {} \"{}\" was taken for \"{}\" (confidence {:.2f})",
+                                          conditions.voice, conditions.speed, conditions.noise.name,
+                                          other.kind, other.text, heard.text, heard.confidence));
+    }
     auto& [said, taken] = cell.others[other.kind];
     ++said;
     taken += std::any_of(answer->heard.begin(), answer->heard.end(),
@@ -207,6 +186,7 @@ void add(Cell& sum, const Cell& cell) {
   }
   sum.latency_s.insert(sum.latency_s.end(), cell.latency_s.begin(), cell.latency_s.end());
   sum.end_pointing_s.insert(sum.end_pointing_s.end(), cell.end_pointing_s.begin(), cell.end_pointing_s.end());
+  sum.mistakes.insert(sum.mistakes.end(), cell.mistakes.begin(), cell.mistakes.end());
   sum.sound_s += cell.sound_s;
   sum.work_s += cell.work_s;
 }
@@ -318,8 +298,9 @@ Status run(const Request& request) {
         // the speeds share the phrases of a voice and a noise; the cells share the other speech
         std::vector<OtherSpeech> own;
         for (std::size_t k = i; k < others.size(); k += total) own.push_back(others[k]);
-        auto cell = run_cell(*book, {request.voices[voice], request.speeds[speed], noises()[noise]},
-                             (speed + i / per_trial) % speeds, speeds, own, request.seed + i, interrupt);
+        auto cell =
+            run_cell(*book, request.settings, {request.voices[voice], request.speeds[speed], noises()[noise]},
+                     (speed + i / per_trial) % speeds, speeds, own, request.seed + i, interrupt);
         const std::lock_guard lock(mutex);
         if (!cell) {
           if (failure.ok()) failure = cell.error();
@@ -336,10 +317,12 @@ Status run(const Request& request) {
   if (!failure) return failure;
   Report report = make_report(request, cells);
   report.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
-  if (const Status saved = report.save(request.out); !saved) return saved;
-  for (const auto& [name, metric] : report.metrics)
-    fmt::print("{:<40} {:.4f} {}\n", name, metric.value, metric.unit);
-  fmt::print("{}/report.html\n", request.out);
+  if (const Status saved = save_and_print(report, request.out); !saved) return saved;
+  // line by line what was not understood or taken for a phrase
+  std::ofstream mistakes(std::filesystem::path(request.out) / "mistakes.txt");
+  for (const auto& [key, cell] : cells) {
+    for (const std::string& line : cell.mistakes) mistakes << line << '\n';
+  }
   if (interrupt.raised()) return Error{ErrorCode::kInterrupted, "interrupted: the report has what was done"};
   return {};
 }
@@ -358,12 +341,19 @@ int main(int argc, char** argv) {
   app.add_option("--speeds", request.speeds, "words a minute, separated by commas")->delimiter(',');
   app.add_option("--others", request.others, "utterances that are no phrases, a trial")
       ->check(CLI::Range(0, 100000));
+  app.add_option("--model", request.settings.acoustic_model,
+                 "folder of the acoustic model (default: the node's)");
+  app.add_option("--adaptation", request.settings.adaptation,
+                 "folder of what is adapted of it (default: the shipped one; none: nothing)");
   app.add_option("--voices", request.voices, "espeak-ng voices, separated by commas")->delimiter(',');
   if (const auto code = nido::parse_experiment(app, argc, argv)) return *code;
-  if (request.phrases.empty()) {
-    const auto places = nido::find_places();
-    if (!places) return nido::end_experiment(places.error());
-    request.phrases = (places->config / "phrases.yaml").string();
+  const auto places = nido::find_places();
+  if (!places) return nido::end_experiment(places.error());
+  if (request.phrases.empty()) request.phrases = (places->config / "phrases.yaml").string();
+  if (request.settings.adaptation.empty()) {
+    request.settings.adaptation = (places->config / "speech_model").string();
+  } else if (request.settings.adaptation == "none") {
+    request.settings.adaptation.clear();
   }
   return nido::end_experiment(nido::run(request));
 }

@@ -5,13 +5,9 @@
 #include <sphinxbase/err.h>
 #include <unistd.h>
 
-#include <algorithm>
-#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
-#include <limits>
-#include <map>
 
 namespace nido {
 
@@ -53,9 +49,9 @@ class TemporaryFile {
   std::string path_;
 };
 
-std::string dictionary_text(const Decoder::Sounds& sounds) {
+std::string dictionary_text(const PhraseBook& book) {
   std::string text;
-  for (const auto& [word, pronunciations] : sounds) {
+  for (const auto& [word, pronunciations] : book.pronunciations) {
     for (std::size_t i = 0; i < pronunciations.size(); ++i) {
       text += i == 0 ? fmt::format("{} {}\n", word, pronunciations[i])
                      : fmt::format("{}({}) {}\n", word, i + 1, pronunciations[i]);
@@ -64,85 +60,49 @@ std::string dictionary_text(const Decoder::Sounds& sounds) {
   return text;
 }
 
-// What else might have been said: the weight of each different text in the N-best list by its best score,
-// acoustic scores flattened as for posteriors.
-std::map<std::string, double> weigh(ps_decoder_t* decoder) {
-  constexpr int kListLength = 200;
-  constexpr double kFlatten = 20.0;
-  std::map<std::string, double> score_by_text;
-  ps_nbest_t* list = ps_nbest(decoder);
-  for (int i = 0; list != nullptr && i < kListLength; ++i) {
-    int32 score = 0;
-    if (const char* text = ps_nbest_hyp(list, &score); text != nullptr) {
-      score_by_text.try_emplace(text, logmath_log_to_ln(ps_get_logmath(decoder), score) / kFlatten);
-    }
-    list = ps_nbest_next(list);  // frees the list at its end
-  }
-  if (list != nullptr) {
-    ps_nbest_free(list);
-  }
-  double best = -std::numeric_limits<double>::infinity();
-  for (const auto& [text, score] : score_by_text) best = std::max(best, score);
-  double sum = 0.0;
-  for (auto& [text, score] : score_by_text) {
-    score = std::exp(score - best);
-    sum += score;
-  }
-  for (auto& [text, score] : score_by_text) score /= sum;
-  return score_by_text;
-}
-
 }  // namespace
 
 void Decoder::Free::operator()(ps_decoder_s* decoder) const { ps_free(decoder); }
 
-Result<Decoder> Decoder::create(const PhraseBook& book, const std::string& acoustic_model, Model model,
-                                int end_silence_frames, const Sounds& rivals) {
+Result<Decoder> Decoder::create(const PhraseBook& book, const AcousticModel& model, Kind kind,
+                                int end_silence_frames) {
   err_set_logfp(nullptr);
-  Sounds sounds = book.pronunciations;
-  sounds.insert(rivals.begin(), rivals.end());
-  const auto dictionary = TemporaryFile::create(dictionary_text(sounds));
+  const auto dictionary = TemporaryFile::create(dictionary_text(book));
   if (!dictionary) return dictionary.error();
-  struct Kind {
-    const char* option;
-    std::string text;
-    const char* weight;  // of the language against the sound
-    const char* beam;
-    const char* word_beam;
-  };
-  // wide beams where the vocabulary is tiny, so that pruning saves nothing and costs phrases
-  const auto kind = [&]() -> Kind {
-    switch (model) {
-      case Model::kGrammar:
-        return {"-jsgf", jsgf_grammar(book), "3", "1e-80", "1e-60"};
-      case Model::kTrigram:
-        return {"-lm", arpa_trigram(book), "3", "1e-80", "1e-60"};
-      case Model::kOpen:
-        break;
-    }
-    std::vector<std::string> words;
-    for (const auto& [word, pronunciations] : rivals) words.push_back(word);
-    return {"-fsg", open_grammar(book, words), "1", "1e-40", "1e-30"};
-  }();
-  const auto language = TemporaryFile::create(kind.text);
+  const auto language = TemporaryFile::create(phrase_grammar(book));
   if (!language) return language.error();
 
   const std::string end_silence = fmt::format("{}", end_silence_frames);
+  // all states are scored, so that scores are relative to the same best one in both kinds; wide beams,
+  // because the vocabulary is tiny: pruning would save nothing and cost phrases
   cmd_ln_t* config = cmd_ln_init(
-      nullptr, ps_args(), TRUE, "-hmm", acoustic_model.c_str(), "-dict", dictionary->path(), kind.option,
-      language->path(), "-beam", kind.beam, "-wbeam", kind.word_beam, "-pbeam", kind.beam, "-lw", kind.weight,
-      "-silprob", "0.01", "-vad_postspeech", end_silence.c_str(), "-logfn", "/dev/null", nullptr);
+      nullptr, ps_args(), TRUE, "-hmm", model.folder.c_str(), "-dict", dictionary->path(), "-compallsen",
+      "yes", "-beam", "1e-80", "-wbeam", "1e-60", "-pbeam", "1e-80", "-lw", "1", "-silprob", "0.1",
+      "-allphone_ci", "yes", "-vad_postspeech", end_silence.c_str(), "-logfn", "/dev/null", nullptr);
   if (config == nullptr) {
     return Error{ErrorCode::kFailed, "PocketSphinx refuses its settings: is another version installed?"};
   }
+  if (!model.adaptation.empty()) {
+    const std::filesystem::path folder = model.adaptation;
+    for (const auto& [option, file] :
+         {std::pair{"-mean", "means"}, {"-var", "variances"}, {"-sendump", "sendump"}}) {
+      cmd_ln_set_str_r(config, option, (folder / file).c_str());
+    }
+  }
+  if (kind == Kind::kWords) cmd_ln_set_str_r(config, "-fsg", language->path());
   std::unique_ptr<ps_decoder_s, Free> decoder(ps_init(config));
   cmd_ln_free_r(config);
+  if (decoder && kind == Kind::kPhones &&
+      (ps_set_allphone(decoder.get(), "phones", nullptr) != 0 ||
+       ps_set_search(decoder.get(), "phones") != 0)) {
+    decoder.reset();
+  }
   if (!decoder) {
     return Error{
         ErrorCode::kFailed,
-        fmt::format("PocketSphinx cannot start with the acoustic model {} and these phrases: does every "
+        fmt::format("PocketSphinx cannot start with the acoustic model {} {} and these phrases: does every "
                     "pronunciation use the model's phones?",
-                    acoustic_model)};
+                    model.folder, model.adaptation)};
   }
   return Decoder(std::move(decoder));
 }
@@ -156,17 +116,33 @@ bool Decoder::process(const std::int16_t* samples, std::size_t count) {
 
 void Decoder::end() { ps_end_utt(decoder_.get()); }
 
-Decoder::Hypothesis Decoder::decode(const std::vector<std::int16_t>& samples) {
+std::vector<Decoder::Segment> Decoder::decode(const std::vector<std::int16_t>& samples) {
+  // PocketSphinx tells acoustic scores in steps of 2^10 of its logarithm
+  constexpr double kScoreStep = 1024.0;
   ps_start_utt(decoder_.get());
   ps_process_raw(decoder_.get(), samples.data(), samples.size(), FALSE, TRUE);
   ps_end_utt(decoder_.get());
-  Hypothesis hypothesis;
-  int32 score = 0;
-  if (const char* text = ps_get_hyp(decoder_.get(), &score); text != nullptr) {
-    hypothesis.text = text;
-    hypothesis.share = weigh(decoder_.get());
+  std::vector<Segment> segments;
+  int32 total = 0;
+  if (ps_get_hyp(decoder_.get(), &total) == nullptr) return segments;
+  for (ps_seg_t* item = ps_seg_iter(decoder_.get()); item != nullptr; item = ps_seg_next(item)) {
+    int first = 0;
+    int last = 0;
+    int32 score = 0;
+    int32 language = 0;
+    int32 back_off = 0;
+    ps_seg_frames(item, &first, &last);
+    ps_seg_prob(item, &score, &language, &back_off);
+    Segment segment{ps_seg_word(item), last - first + 1,
+                    kScoreStep * logmath_log_to_ln(ps_get_logmath(decoder_.get()), score)};
+    if (segment.frames <= 0 || segment.word.starts_with('(')) continue;  // an empty step of the grammar
+    if (segment.word.starts_with('<') || segment.word.starts_with('[') || segment.word.starts_with('+')) {
+      segment.word.clear();
+    }
+    segment.word = segment.word.substr(0, segment.word.find('('));  // the pronunciation's number
+    segments.push_back(std::move(segment));
   }
-  return hypothesis;
+  return segments;
 }
 
 }  // namespace nido

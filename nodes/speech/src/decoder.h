@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -13,29 +12,37 @@ struct ps_decoder_s;
 
 namespace nido {
 
-// One PocketSphinx decoder over the small dictionary of a phrase book. Not thread-safe.
+// Where a decoder's acoustic model is.
+struct AcousticModel {
+  std::string folder;      // of a PocketSphinx model
+  std::string adaptation;  // folder of means, variances and sendump that replace the model's; empty: none
+};
+
+// One PocketSphinx decoder. Not thread-safe.
 class Decoder {
  public:
-  // kOpen: the phrases beside everything else (open_grammar)
-  enum class Model { kGrammar, kTrigram, kOpen };
-  struct Hypothesis {
-    std::string text;                     // empty: nothing found
-    std::map<std::string, double> share;  // of the weight of all that might have been said, by text; sum 1
+  // kWords: the phrases of a book, beside their words in any order. kPhones: sounds in any order.
+  enum class Kind { kWords, kPhones };
+
+  // A piece of what was heard.
+  struct Segment {
+    std::string word;    // a word of the book, or a phone; empty: silence or noise
+    int frames = 0;      // of 10 ms
+    double score = 0.0;  // natural logarithm of how well it fits, relative to the model's best state of every
+                         // frame: <= 0
   };
 
-  using Sounds = std::map<std::string, std::vector<std::string>>;  // word -> phones
-
-  // `end_silence_frames`: frames of 10 ms. `rivals`: other words and how they sound, of kOpen.
-  static Result<Decoder> create(const PhraseBook& book, const std::string& acoustic_model, Model model,
-                                int end_silence_frames, const Sounds& rivals = {});
+  // `end_silence_frames`: frames of 10 ms.
+  static Result<Decoder> create(const PhraseBook& book, const AcousticModel& model, Kind kind,
+                                int end_silence_frames);
 
   // Listening as sound comes: start, process piece by piece (returns whether speech is going on), end.
   void start();
   bool process(const std::int16_t* samples, std::size_t count);
   void end();
   // A whole utterance at once, between end() and start(): the mean of its spectrum is known then, so that the
-  // first one is understood as well as later ones.
-  Hypothesis decode(const std::vector<std::int16_t>& samples);
+  // first one is understood as well as later ones. Empty: nothing fits.
+  std::vector<Segment> decode(const std::vector<std::int16_t>& samples);
 
  private:
   struct Free {

@@ -2,9 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <fstream>
-#include <numeric>
 
 #include "nido/speech/phrases.h"
 
@@ -29,22 +27,6 @@ Result<std::map<std::string, std::vector<std::string>>> look_up_pronunciations(
     }
   }
   return found;
-}
-
-std::size_t phone_distance(const std::string& sound, const std::string& other) {
-  const auto a = split_words(sound);
-  const auto b = split_words(other);
-  std::vector<std::size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), std::size_t{0});
-  for (std::size_t i = 1; i <= a.size(); ++i) {
-    std::size_t diagonal = std::exchange(row[0], i);
-    for (std::size_t j = 1; j <= b.size(); ++j) {
-      const std::size_t changed = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
-      diagonal = row[j];
-      row[j] = std::min({row[j] + 1, row[j - 1] + 1, changed});
-    }
-  }
-  return row.back();
 }
 
 }  // namespace nido

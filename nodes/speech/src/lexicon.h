@@ -15,7 +15,4 @@ namespace nido {
 Result<std::map<std::string, std::vector<std::string>>> look_up_pronunciations(
     const std::string& dictionary, const std::set<std::string>& words);
 
-// Phones that must be changed, put in or left out to make one sound the other.
-std::size_t phone_distance(const std::string& sound, const std::string& other);
-
 }  // namespace nido

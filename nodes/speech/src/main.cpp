@@ -1,5 +1,5 @@
-// nido-speech: hears the phrases of config/phrases.yaml. Ports: /speech/audio:i, /speech/heard:o,
-// /speech/rpc:i. docs/speech.md
+// nido-speech: hears the phrases of config/phrases.yaml and, if asked to, says what the robot does. Ports:
+// /speech/audio:i, /speech/heard:o, /speech/rpc:i, /speech/stage:i, /speech/voice:o. docs/speech.md
 
 #include <fmt/format.h>
 
@@ -11,13 +11,17 @@
 #include "nido/middleware/typed_port.h"
 #include "nido/msgs/types.h"
 #include "nido/speech/speech_core.h"
+#include "nido/speech/voice.h"
 
 namespace nido {
 namespace {
 
 // the node's parameters over the defaults; the first that is wrong is returned
-Result<SpeechSettings> read_settings(Node& node) {
+Result<SpeechSettings> read_settings(Node& node, const std::string& adaptation) {
   SpeechSettings settings;
+  const auto adapted = node.parameter<std::string>("adaptation", adaptation);
+  if (!adapted) return adapted.error();
+  settings.adaptation = *adapted;
   settings.seed = node.options().seed;
   const auto model = node.parameter<std::string>("acoustic_model", settings.acoustic_model);
   if (!model) return model.error();
@@ -48,6 +52,52 @@ msgs::Heard to_message(const HeardPhrase& heard) {
   message.reason(heard.reason);
   return message;
 }
+
+// Says aloud what the robot tells of its work.
+class Teller {
+ public:
+  static Result<std::unique_ptr<Teller>> create(Node& node) {
+    std::unique_ptr<Teller> teller(new Teller);
+    const auto aloud = node.parameter<bool>("aloud", false);
+    if (!aloud) return aloud.error();
+    teller->aloud_ = *aloud;
+    const auto voice = node.parameter<std::string>("voice", teller->voice_.name);
+    if (!voice) return voice.error();
+    teller->voice_.name = *voice;
+    auto stages = node.open_input<msgs::StageEvent>("/speech/stage:i", Profile::kEvent, 100);
+    if (!stages) return stages.error();
+    teller->stages_ = std::move(*stages);
+    auto sound = node.open_output<msgs::Audio>("/speech/voice:o", Profile::kEvent);
+    if (!sound) return sound.error();
+    teller->sound_ = std::move(*sound);
+    return teller;
+  }
+
+  Status tell(Node& node) {
+    while (const auto event = stages_->take()) {
+      if (!aloud_ || event->text().empty()) continue;
+      auto samples = speak(event->text(), voice_, 0.0, 0.2);
+      if (!samples) {
+        node.log_warning("cannot speak: " + samples.error().message);
+        aloud_ = false;
+        return {};
+      }
+      msgs::Audio message;
+      message.header(event->header());
+      message.sample_rate_hz(kSpeechRate_hz);
+      message.channels(1);
+      message.samples(std::move(*samples));
+      if (const Status written = sound_->write(message); !written) return written;
+    }
+    return {};
+  }
+
+ private:
+  bool aloud_ = false;
+  Voice voice_;
+  std::unique_ptr<Input<msgs::StageEvent>> stages_;
+  std::unique_ptr<Output<msgs::Audio>> sound_;
+};
 
 // Answers lines of text about the phrases. The service has a thread of its own; the book is changed between
 // two ticks.
@@ -123,7 +173,7 @@ Status run(Node& node) {
   if (!phrases) return phrases.error();
   const auto book = PhraseBook::load(*phrases);
   if (!book) return book.error();
-  const auto settings = read_settings(node);
+  const auto settings = read_settings(node, (places->config / "speech_model").string());
   if (!settings) return settings.error();
   const auto core = SpeechCore::create(*book, *settings);
   if (!core) return core.error();
@@ -133,6 +183,8 @@ Status run(Node& node) {
   if (!audio) return audio.error();
   const auto heard = node.open_output<msgs::Heard>("/speech/heard:o", Profile::kEvent);
   if (!heard) return heard.error();
+  const auto teller = Teller::create(node);
+  if (!teller) return teller.error();
   Rpc rpc(*phrases, *book);
   const auto service = node.open_service("/speech/rpc:i", [&](const std::string& line) {
     const auto answer = rpc.answer(line, **core);
@@ -143,6 +195,7 @@ Status run(Node& node) {
 
   std::string last_refusal;
   return node.run([&](Time) -> Status {
+    if (const Status told = (*teller)->tell(node); !told) return told;
     const std::lock_guard lock(rpc.mutex());
     while (const auto message = (*audio)->take()) {
       AudioBlock block;

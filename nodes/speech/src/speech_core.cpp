@@ -7,6 +7,7 @@
 #include <cmath>
 #include <filesystem>
 #include <future>
+#include <limits>
 #include <optional>
 #include <random>
 
@@ -25,15 +26,10 @@ constexpr double kStartLevel = 3000.0;     // root mean square of usual speech, 
 constexpr double kLevelDecay = 0.9995;     // a chunk: halves in 28 s
 constexpr int kWarmUpChunks = 75;          // of noise alone, so that the decoders know it before they listen
 constexpr double kBackgroundRise = 1.004;  // a chunk: 1.7 dB a second
-// where the language model hears no phrase at all, it must at least take the grammar's for this likely
-constexpr double kSureAlone = 0.05;
 constexpr double kLoudnessRange =
     3.0;  // speech has moments so much louder than its background; steady noise has not
 
 constexpr const char* kDictionary = "/usr/share/pocketsphinx/model/en-us/cmudict-en-us.dict";
-// a word that differs in so many phones from one of the phrases cannot be told from it
-constexpr std::size_t kTooNear = 1;
-
 constexpr std::array<const char*, 2> kModelPlaces = {"/usr/share/pocketsphinx/model/en-us/en-us",
                                                      "/usr/local/share/pocketsphinx/model/en-us/en-us"};
 
@@ -54,24 +50,48 @@ Result<std::string> find_acoustic_model(const std::string& wanted) {
                            kModelPlaces[0])};
 }
 
-// The book's other words and how they sound, without those that are too like a word of the phrases.
-Result<Decoder::Sounds> find_rivals(const PhraseBook& book, const std::string& dictionary) {
-  if (book.other_words.empty()) return Decoder::Sounds{};
-  auto rivals = look_up_pronunciations(dictionary.empty() ? kDictionary : dictionary,
-                                       {book.other_words.begin(), book.other_words.end()});
-  if (!rivals) return rivals.error();
-  const auto too_near = [&](const std::string& sound) {
-    return std::any_of(book.pronunciations.begin(), book.pronunciations.end(), [&](const auto& own) {
-      // as the word is known best: what other voices make of it is no measure
-      return phone_distance(sound, own.second.front()) <= kTooNear;
-    });
-  };
-  for (const auto& [word, sounds] : Decoder::Sounds(*rivals)) {
-    if (book.pronunciations.contains(word) || std::any_of(sounds.begin(), sounds.end(), too_near)) {
-      rivals->erase(word);
-    }
+// How much worse the words fit than the sounds that fit best: a measure of doubt, negative for what is said
+// well. On the average of all frames between the first and the last word, plus where it is worst.
+double misfit(const std::vector<Decoder::Segment>& words, const std::vector<Decoder::Segment>& phones) {
+  constexpr double kWorst = 0.7;  // weight of the worst segment
+  constexpr double kShortSegment =
+      20.0;                  // frames added to a segment's, so that a short one does not decide alone
+  std::vector<double> best;  // score of each frame by the best sounds
+  for (const auto& phone : phones)
+    best.insert(best.end(), static_cast<std::size_t>(phone.frames), phone.score / phone.frames);
+  const auto is_word = [](const Decoder::Segment& segment) { return !segment.word.empty(); };
+  const auto first = std::find_if(words.begin(), words.end(), is_word);
+  const auto last = std::find_if(words.rbegin(), words.rend(), is_word).base();
+  std::size_t frame = 0;
+  for (auto segment = words.begin(); segment < first; ++segment)
+    frame += static_cast<std::size_t>(segment->frames);
+  double sum = 0.0;
+  double frames = 0.0;
+  double worst = -std::numeric_limits<double>::infinity();
+  for (auto segment = first; segment < last; ++segment) {
+    double difference = -segment->score;
+    const std::size_t end = frame + static_cast<std::size_t>(segment->frames);
+    for (; frame < end; ++frame) difference += frame < best.size() ? best[frame] : 0.0;
+    sum += difference;
+    frames += segment->frames;
+    worst = std::max(worst, difference / (segment->frames + kShortSegment));
   }
-  return rivals;
+  return frames > 0.0 ? sum / frames + kWorst * worst : std::numeric_limits<double>::infinity();
+}
+
+// 0.5 at the bound between what is a phrase and what is not
+double confidence_of(double misfit) {
+  constexpr double kBound = 1.0;
+  constexpr double kSteepness = 2.0;
+  return 1.0 / (1.0 + std::exp(kSteepness * (misfit - kBound)));
+}
+
+std::string text_of(const std::vector<Decoder::Segment>& words) {
+  std::string text;
+  for (const auto& segment : words) {
+    if (!segment.word.empty()) text += (text.empty() ? "" : " ") + segment.word;
+  }
+  return text;
 }
 
 // Pink noise by three filters over white noise; root mean square about 1. The decoder's front end tracks
@@ -101,9 +121,8 @@ class PinkNoise {
 struct SpeechCore::Impl {
   // The decoders of one book.
   struct Decoders {
-    Decoder grammar;
-    Decoder trigram;
-    Decoder open;
+    Decoder words;
+    Decoder phones;
   };
 
   Impl(const PhraseBook& phrases, const SpeechSettings& s, Decoders made)
@@ -114,35 +133,42 @@ struct SpeechCore::Impl {
   static Result<Decoders> make_decoders(const PhraseBook& book, const SpeechSettings& settings) {
     const auto model = find_acoustic_model(settings.acoustic_model);
     if (!model) return model.error();
-    const auto rivals = find_rivals(book, settings.dictionary);
-    if (!rivals) return rivals.error();
+    const AcousticModel place{*model, settings.adaptation};
+    for (const char* file : {"means", "variances", "sendump"}) {
+      if (settings.adaptation.empty() ||
+          std::filesystem::exists(std::filesystem::path(settings.adaptation) / file)) {
+        continue;
+      }
+      return Error{
+          ErrorCode::kNotFound,
+          fmt::format("{}: an adapted model has the files means, variances and sendump; {} is missing",
+                      settings.adaptation, file)};
+    }
     const int frames = static_cast<int>(std::lround(settings.end_silence_s * 100.0));
-    auto grammar = Decoder::create(book, *model, Decoder::Model::kGrammar, frames);
-    if (!grammar) return grammar.error();
-    auto trigram = Decoder::create(book, *model, Decoder::Model::kTrigram, frames);
-    if (!trigram) return trigram.error();
-    auto open = Decoder::create(book, *model, Decoder::Model::kOpen, frames, *rivals);
-    if (!open) return open.error();
-    return Decoders{std::move(grammar).value(), std::move(trigram).value(), std::move(open).value()};
+    auto words = Decoder::create(book, place, Decoder::Kind::kWords, frames);
+    if (!words) return words.error();
+    auto phones = Decoder::create(book, place, Decoder::Kind::kPhones, frames);
+    if (!phones) return phones.error();
+    return Decoders{std::move(words).value(), std::move(phones).value()};
   }
 
   // lets the decoders hear the room before they listen
   void warm_up() {
     std::array<std::int16_t, kChunk> silence{};
-    for (Decoder* decoder : {&decoders.grammar, &decoders.trigram, &decoders.open}) decoder->start();
+    for (Decoder* decoder : {&decoders.words, &decoders.phones}) decoder->start();
     for (int i = 0; i < kWarmUpChunks; ++i) {
       add_noise(silence);
-      for (Decoder* decoder : {&decoders.grammar, &decoders.trigram, &decoders.open}) {
+      for (Decoder* decoder : {&decoders.words, &decoders.phones}) {
         decoder->process(silence.data(), silence.size());
       }
       silence.fill(0);
     }
-    for (Decoder* decoder : {&decoders.grammar, &decoders.trigram, &decoders.open}) decoder->end();
+    for (Decoder* decoder : {&decoders.words, &decoders.phones}) decoder->end();
     start();
   }
 
   void start() {
-    decoders.grammar.start();
+    decoders.words.start();
     utterance.clear();
     speaking = false;
     speech_s = 0.0;
@@ -172,7 +198,7 @@ struct SpeechCore::Impl {
     background = background ? std::min(*background * kBackgroundRise, loudness) : loudness;
     loudest = std::max(loudest, loudness / std::max(*background, 1.0));
     add_noise(chunk);
-    const bool speech_now = decoders.grammar.process(chunk.data(), chunk.size());
+    const bool speech_now = decoders.words.process(chunk.data(), chunk.size());
     now_s += kChunk_s;
     utterance.insert(utterance.end(), chunk.begin(), chunk.end());
     if (!speaking && !speech_now && utterance.size() > kBefore) {
@@ -188,49 +214,42 @@ struct SpeechCore::Impl {
 
   // ends the utterance and judges it; nothing for clicks
   std::optional<HeardPhrase> finish(double end_s) {
-    decoders.grammar.end();
+    decoders.words.end();
     const bool was_speaking = speaking;
     // the flag stays up through the silence that ends an utterance
     const double net_speech_s = speech_s - settings.end_silence_s;
     const bool too_long = speech_s > settings.longest_s;
     const bool steady = loudest < kLoudnessRange;
     const bool worth_it = was_speaking && !steady && net_speech_s >= settings.shortest_s;
-    Decoder::Hypothesis by_grammar;
-    Decoder::Hypothesis by_trigram;
-    Decoder::Hypothesis by_open;
+    std::vector<Decoder::Segment> words;
+    std::vector<Decoder::Segment> phones;
     if (worth_it && !too_long) {
-      // the answer is late by the slowest of them, not by all three
-      auto open = std::async(std::launch::async, [this] { return decoders.open.decode(utterance); });
-      by_grammar = decoders.grammar.decode(utterance);
-      by_trigram = decoders.trigram.decode(utterance);
-      by_open = open.get();
+      // the answer is late by the slower of them, not by both
+      auto sounds = std::async(std::launch::async, [this] { return decoders.phones.decode(utterance); });
+      words = decoders.words.decode(utterance);
+      phones = sounds.get();
     }
     start();
     if (!worth_it) return std::nullopt;
 
     HeardPhrase heard;
     heard.end_s = end_s;
+    const std::string text = text_of(words);
+    heard.confidence = confidence_of(misfit(words, phones));
     if (too_long) {
       heard.reason = fmt::format("no such phrase: somebody spoke for more than {:.0f} s without a pause",
                                  settings.longest_s);
-    } else if (!knows(by_grammar.text)) {
-      heard.reason = "no such phrase: what was said sounds like none of those that I know";
-    } else if (!knows(by_open.text)) {
-      heard.reason =
-          by_open.text.empty()
-              ? "no such phrase: I heard something, but no words"
-              : fmt::format("no such phrase: what was said sounds more like \"{}\" than like \"{}\"",
-                            by_open.text, by_grammar.text);
-    } else if (by_open.text != by_grammar.text &&
-               by_trigram.share[by_grammar.text] <
-                   (knows(by_trigram.text) ? settings.lowest_confidence : kSureAlone)) {
-      // (that the language model's short list lacks a phrase on which both grammars agree means nothing)
-      heard.reason = fmt::format("no such phrase: the nearest that I know is \"{}\", but it does not fit",
-                                 by_grammar.text);
+    } else if (text.empty()) {
+      heard.reason = "no such phrase: I heard something, but no words";
+    } else if (!knows(text)) {
+      heard.reason = fmt::format("no such phrase: what was said sounds like \"{}\"", text);
+    } else if (heard.confidence < settings.lowest_confidence) {
+      heard.reason = fmt::format(
+          "no such phrase: the nearest that I know is \"{}\", but it does not fit (confidence {:.2f})", text,
+          heard.confidence);
     } else {
       heard.accepted = true;
-      heard.text = by_grammar.text;
-      heard.confidence = by_trigram.share[by_grammar.text];
+      heard.text = text;
     }
     return heard;
   }

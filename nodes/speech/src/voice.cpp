@@ -14,6 +14,7 @@
 #include <filesystem>
 #include <memory>
 #include <numbers>
+#include <random>
 
 extern char** environ;
 
@@ -49,26 +50,69 @@ int run_espeak(const std::vector<std::string>& arguments) {
 
 std::vector<float> resample(const std::vector<float>& samples, double from_hz, double to_hz) {
   constexpr double kHalfWidth = 16.0;  // zero crossings of the kernel on each side
+  constexpr int kPhases = 512;         // the kernel is tabled, and read between its points by a straight line
   const double cutoff = std::min(1.0, to_hz / from_hz);
   const double reach = kHalfWidth / cutoff;
+  std::vector<float> kernel(static_cast<std::size_t>(reach * kPhases) + 3, 0.0F);
+  for (std::size_t k = 0; k < kernel.size(); ++k) {
+    const double x = static_cast<double>(k) / kPhases;
+    if (x > reach) break;
+    const double phase = std::numbers::pi * x * cutoff;
+    const double sinc = phase < 1e-9 ? 1.0 : std::sin(phase) / phase;
+    kernel[k] = static_cast<float>(sinc * (0.5 + 0.5 * std::cos(std::numbers::pi * x / reach)) * cutoff);
+  }
   const auto count = static_cast<std::size_t>(static_cast<double>(samples.size()) * to_hz / from_hz);
   std::vector<float> result(count);
   for (std::size_t i = 0; i < count; ++i) {
     const double centre = static_cast<double>(i) * from_hz / to_hz;
-    const auto first = static_cast<std::ptrdiff_t>(std::ceil(centre - reach));
-    const auto last = static_cast<std::ptrdiff_t>(std::floor(centre + reach));
+    const auto first = std::max<std::ptrdiff_t>(0, static_cast<std::ptrdiff_t>(std::ceil(centre - reach)));
+    const auto last = std::min(static_cast<std::ptrdiff_t>(std::floor(centre + reach)),
+                               static_cast<std::ptrdiff_t>(samples.size()) - 1);
     double sum = 0.0;
-    for (std::ptrdiff_t k = std::max<std::ptrdiff_t>(0, first);
-         k <= std::min(last, static_cast<std::ptrdiff_t>(samples.size()) - 1); ++k) {
-      const double x = centre - static_cast<double>(k);
-      const double phase = std::numbers::pi * x * cutoff;
-      const double sinc = std::abs(phase) < 1e-9 ? 1.0 : std::sin(phase) / phase;
-      const double window = 0.5 + 0.5 * std::cos(std::numbers::pi * x / reach);
-      sum += samples[static_cast<std::size_t>(k)] * sinc * window * cutoff;
+    for (std::ptrdiff_t k = first; k <= last; ++k) {
+      const double place = std::abs(centre - static_cast<double>(k)) * kPhases;
+      const auto index = static_cast<std::size_t>(place);
+      const double rest = place - static_cast<double>(index);
+      sum += samples[static_cast<std::size_t>(k)] *
+             (kernel[index] + rest * static_cast<double>(kernel[index + 1] - kernel[index]));
     }
     result[i] = static_cast<float>(sum);
   }
   return result;
+}
+
+void add_noise(std::vector<std::int16_t>& samples, NoiseKind kind, double snr_db, std::uint64_t seed) {
+  int peak = 1;
+  for (const auto sample : samples) peak = std::max(peak, std::abs(static_cast<int>(sample)));
+  double power = 0.0;
+  double count = 0.0;
+  for (const auto sample : samples) {
+    if (std::abs(static_cast<int>(sample)) * 100 > peak) {
+      power += static_cast<double>(sample) * sample;
+      count += 1.0;
+    }
+  }
+  std::mt19937_64 generator(seed);
+  std::vector<double> sound(samples.size());
+  double b0 = 0.0;
+  double b1 = 0.0;
+  double b2 = 0.0;
+  double noise_power = 0.0;
+  for (double& value : sound) {
+    const double white = static_cast<double>(generator() >> 11U) * 0x1p-53 - 0.5;
+    // pink by three one-pole filters
+    b0 = 0.99765 * b0 + white * 0.0990460;
+    b1 = 0.96300 * b1 + white * 0.2965164;
+    b2 = 0.57000 * b2 + white * 1.0526913;
+    value = kind == NoiseKind::kPink ? b0 + b1 + b2 + white * 0.1848 : white;
+    noise_power += value * value;
+  }
+  noise_power /= std::max(1.0, static_cast<double>(sound.size()));
+  const double gain = std::sqrt(power / std::max(1.0, count) / noise_power * std::pow(10.0, -snr_db / 10.0));
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    samples[i] =
+        static_cast<std::int16_t>(std::clamp(std::lround(samples[i] + gain * sound[i]), -32768L, 32767L));
+  }
 }
 
 Result<std::vector<std::int16_t>> speak(const std::string& sentence, const Voice& voice,

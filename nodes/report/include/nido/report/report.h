@@ -95,6 +95,10 @@ struct Report {
   [[nodiscard]] Status save(const std::string& folder) const;
 };
 
+// Saves the report of an experiment and prints what it found out: a line a metric, with interval and the
+// paper's figure where there are some, then where the page is.
+[[nodiscard]] Status save_and_print(const Report& report, const std::string& folder);
+
 // nido, compiler and libraries that it was built with.
 std::map<std::string, std::string> standard_versions();
 

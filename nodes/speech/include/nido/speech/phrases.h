@@ -38,8 +38,7 @@ struct PhraseBook {
   std::vector<NamedObject> objects;
   std::vector<Phrase> phrases;
   std::vector<std::string> interruptions;  // texts that end whatever it does: "stop"
-  // Words of other people's speech. They are heard as rivals of the phrases' words, so that "reach blue
-  // plate" is no "reach blue ball"; how they sound is in the recogniser's dictionary.
+  // Words of other people's speech, which the acoustic model is adapted with, too (training/).
   std::vector<std::string> other_words;
   std::map<std::string, std::vector<std::string>> pronunciations;  // word -> ARPAbet phones, at least one
 
@@ -76,13 +75,9 @@ std::vector<std::string> split_words(const std::string& text);
 // "look", "reach", "grasp", "drop" to the verb; nothing for other words.
 std::optional<Verb> verb_of(const std::string& name);
 
-// The texts as a JSGF grammar with one public rule.
-std::string jsgf_grammar(const PhraseBook& book);
-// The texts beside a loop over their words and `rivals`, as a finite state grammar of PocketSphinx: what is
-// no phrase comes out as a sequence of words. Rivals pay more than words of the phrases, so that a phrase
-// that is not spoken well is still one.
-std::string open_grammar(const PhraseBook& book, const std::vector<std::string>& rivals);
-// The phrases as a trigram language model in ARPA format (absolute discounting of 0.5, back-off).
-std::string arpa_trigram(const PhraseBook& book);
+// The texts beside a loop over their words, as a finite state grammar of PocketSphinx: what is no phrase but
+// said in the same words ("drop blue cube") comes out as these words. A word in the loop costs
+// `own_word_cost` (natural logarithm), so that a phrase that is not spoken well is still one.
+std::string phrase_grammar(const PhraseBook& book, double own_word_cost = 5.0);
 
 }  // namespace nido

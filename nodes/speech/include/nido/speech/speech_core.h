@@ -13,14 +13,15 @@ namespace nido {
 
 struct SpeechSettings {
   std::string acoustic_model;  // folder of a PocketSphinx model; empty: Debian's en-us
-  std::string dictionary;      // of the other words; empty: the one beside Debian's en-us
+  std::string adaptation;      // folder of what is adapted of that model (docs/speech.md); empty: nothing
+  std::string dictionary;      // of new words; empty: the one beside Debian's en-us
   double end_silence_s = 0.3;  // silence that ends an utterance; the answer is late by this much
   double shortest_s = 0.25;    // speech shorter than this is a click, not an utterance
   double longest_s = 8.0;      // speech longer than this is cut and rejected
   double noise_floor_db =
       -33.0;  // level of the pink noise that is added, relative to the loudest speech so far
-  double lowest_confidence = 0.0005;  // less sure than this is rejected, 0..1 (docs/speech.md)
-  std::uint64_t seed = 1;             // of that noise
+  double lowest_confidence = 0.5;  // less sure than this is rejected, 0..1 (docs/speech.md)
+  std::uint64_t seed = 1;          // of that noise
 };
 
 // A piece of sound, as it comes from a port or a file.
@@ -41,10 +42,9 @@ struct HeardPhrase {
   std::string reason;  // why it was rejected, a sentence; empty when accepted
 };
 
-// Understands the phrases of a book in a stream of sound (PocketSphinx). An utterance is accepted only if it
-// fits the phrases as a grammar, a statistical language model of the same phrases, and a grammar in which
-// other words compete: other speech rarely passes all three. Deterministic: the same blocks give the same
-// answers. Not thread-safe.
+// Understands the phrases of a book in a stream of sound (PocketSphinx). The nearest phrase is accepted only
+// if it fits about as well as the best sequence of sounds would, whatever that may mean: other speech does
+// not. Deterministic: the same blocks give the same answers. Not thread-safe.
 class SpeechCore {
  public:
   // kNotFound with a sentence if the acoustic model is not installed; kInvalidArgument for settings out of

@@ -20,6 +20,11 @@ struct Voice {
 Result<std::vector<std::int16_t>> speak(const std::string& sentence, const Voice& voice,
                                         double silence_before_s = 0.3, double silence_after_s = 0.4);
 
+// Noise to try recognisers with.
+enum class NoiseKind { kPink, kWhite };
+// Adds noise `snr_db` below the power of the speech, which is what is louder than a hundredth of the peak.
+void add_noise(std::vector<std::int16_t>& samples, NoiseKind kind, double snr_db, std::uint64_t seed);
+
 // Changes the sample rate by band-limited interpolation. Rates in Hz, both positive.
 std::vector<float> resample(const std::vector<float>& samples, double from_hz, double to_hz);
 
