@@ -26,7 +26,8 @@ namespace {
 constexpr double kPaperAttempts = 4;  // until the first maximal reward
 constexpr int kPaperRun = 15;         // attempts of a run
 constexpr double kRadPerDeg = 0.017453292519943295;
-constexpr std::uint64_t kValidationSeeds = 1'000'000;  // further on: places that no run learned at
+// validation: places that no run learned at, the same for all
+constexpr std::uint64_t kValidationSeeds = 1'000'000;
 
 struct Request : ExperimentRequest {
   int attempts = kPaperRun;
@@ -141,7 +142,7 @@ Result<Run> learn(const Request& request, std::uint64_t seed, int lane) {
   Run run{seed, std::move(*learned), {}};
   if (request.validate > 0) {
     auto tested = run_attempts(
-        request, out / "validation", seed + kValidationSeeds, lane, request.validate,
+        request, out / "validation", request.seed + kValidationSeeds, lane, request.validate,
         {"grasp.mode=test", "grasp.weights=" + (out / "run" / "grasp.txt").string(), "grasp_trials.x_m=-0.32",
          "grasp_trials.y_m=0.06", "grasp_trials.spread_m=0.06", "grasp_trials.beside=side basket"},
         "grasp_validation");
