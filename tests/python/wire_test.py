@@ -130,6 +130,9 @@ class Streams(unittest.TestCase):
                 far.sendall(wire._FAST_TCP + whole[:40])
                 gate.wait(10)
                 far.sendall(whole[40:])
+                far.shutdown(socket.SHUT_WR)
+                while far.recv(1000):  # as above
+                    pass
         thread = threading.Thread(target=run)
         thread.start()
         self.addCleanup(thread.join)
