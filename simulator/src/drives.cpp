@@ -72,7 +72,7 @@ Result<Drives> Drives::create(const RobotBody& robot, const ControlBlock& block)
     drives.first_axis_.push_back(drives.axis_info_.size());
     PartInfo info{part.name, {}};
     for (const AxisBlock& axis : part.axes) {
-      Axis own{static_cast<int>(drives.parts_.size()), axis.info, axis.home_rad, {}};
+      Axis own{static_cast<int>(drives.parts_.size()), axis.info, axis.home_rad, kServoGain_1_s, {}};
       for (const HingeShare& share : axis.hinges) {
         const auto found = link_of_hinge.find(share.hinge);
         if (found == link_of_hinge.end()) {
@@ -86,7 +86,7 @@ Result<Drives> Drives::create(const RobotBody& robot, const ControlBlock& block)
         const LinkDescription& link = robot.description().links[found->second];
         hinge.max_torque_Nm = link.max_torque_Nm;
         hinge.max_velocity_rad_s = std::max(link.max_velocity_rad_s, 0.0);
-        hinge.gain_1_s = link.max_torque_Nm < 0.9 ? kFingerGain_1_s : kServoGain_1_s;
+        if (link.max_torque_Nm < 0.9) own.gain_1_s = kFingerGain_1_s;
       }
       drives.axis_info_.push_back(own);
       info.joints.push_back(axis.info);
@@ -145,7 +145,9 @@ void Drives::go_home(RobotBody& robot) {
     axes_[a].reference_rad = home[a];
     axes_[a].previous_reference_rad = home[a];
     axes_[a].trajectory.coefficient[0] = home[a];
+    axes_[a].measured.servo_gain_1_s = axis_info_[a].gain_1_s;
   }
+  set_hinge_gains();
   robot.place(hinge_angles(home));
   std::fill(hinge_torque_Nm_.begin(), hinge_torque_Nm_.end(), 0.0);
   time_s_ = 0;
@@ -291,6 +293,30 @@ Status Drives::set_reference_speed(int part, int joint, double speed_rad_s) {
   axes_[a].measured.reference_speed_rad_s = std::min(speed_rad_s, axis_info_[a].info.max_velocity_rad_s);
   publish();
   return {};
+}
+
+Status Drives::set_servo_gain(int part, int joint, double gain_1_s) {
+  constexpr double kLeast_1_s = 1;
+  constexpr double kMost_1_s = 100;  // beyond, a servo that acts every millisecond would swing
+  if (Status known = check_joint(part, joint); !known) return known;
+  const std::size_t a = axis_index(part, joint);
+  if (!(gain_1_s >= kLeast_1_s && gain_1_s <= kMost_1_s)) {
+    return Error{ErrorCode::kInvalidArgument, "the servo of " + axis_info_[a].info.name +
+                                                  " cannot have the gain " + number(gain_1_s) +
+                                                  ": allowed are 1 to 100 (1/s)"};
+  }
+  axes_[a].measured.servo_gain_1_s = gain_1_s;
+  set_hinge_gains();
+  publish();
+  return {};
+}
+
+void Drives::set_hinge_gains() {
+  for (Hinge& hinge : hinges_) {
+    double sum = 0;
+    for (const auto& [axis, multiplier] : hinge.axes) sum += axes_[axis].measured.servo_gain_1_s;
+    if (!hinge.axes.empty()) hinge.gain_1_s = sum / static_cast<double>(hinge.axes.size());
+  }
 }
 
 Status Drives::stop(int part, int joint) {
@@ -507,7 +533,10 @@ void Drives::measure(const RobotBody& robot) {
 void Drives::publish() {
   for (std::size_t a = 0; a < axes_.size(); ++a) {
     const auto part = static_cast<std::size_t>(axis_info_[a].part);
-    measured_[part][a - first_axis_[part]] = axes_[a].measured;
+    JointState& shown = measured_[part][a - first_axis_[part]];
+    shown = axes_[a].measured;
+    shown.home_rad = axis_info_[a].home_rad;
+    shown.reference_rad = is_servo(shown.mode) ? axes_[a].reference_rad : shown.position_rad;
   }
 }
 
@@ -518,6 +547,7 @@ void Drives::shift_time(double by_s) {
 
 void Drives::restore(const State& state) {
   axes_ = state.axes;
+  set_hinge_gains();
   hinge_torque_Nm_ = state.applied_torque_Nm;
   time_s_ = state.time_s;
   steps_ = 0;

@@ -42,6 +42,7 @@ class Drives {
 
   Status command(int part, JointMode mode, std::span<const int> joints, std::span<const double> values);
   Status set_reference_speed(int part, int joint, double speed_rad_s);
+  Status set_servo_gain(int part, int joint, double gain_1_s);
   Status stop(int part, int joint);
   Status place(int part, std::span<const double> position_rad, RobotBody& robot);
   // Other angles for home; refused beyond the limits.
@@ -82,6 +83,7 @@ class Drives {
     int part = 0;
     JointInfo info;
     double home_rad = 0;
+    double gain_1_s = 0;  // of its servo after a reset
     std::vector<Share> shares;
   };
   // What a hinge's servo may do; offset is the sum over its joints.
@@ -100,6 +102,8 @@ class Drives {
   void advance_reference(std::size_t axis, double period_s);
   void watch_limits(const RobotBody& robot);
   void start_trajectory(std::size_t axis, double goal_rad);
+  // the servos of hinges, from those of their joints
+  void set_hinge_gains();
   void publish();
   Status check_joint(int part, int joint) const;
   Status check_positions(int part, std::span<const double> position_rad) const;

@@ -353,6 +353,10 @@ Status Simulation::set_reference_speed(int part, int joint, double speed_rad_s) 
   return impl_->drives->set_reference_speed(part, joint, speed_rad_s);
 }
 
+Status Simulation::set_servo_gain(int part, int joint, double gain_1_s) {
+  return impl_->drives->set_servo_gain(part, joint, gain_1_s);
+}
+
 Status Simulation::stop(int part, int joint) { return impl_->drives->stop(part, joint); }
 
 Status Simulation::place_joints(int part, std::span<const double> position_rad) {

@@ -59,6 +59,15 @@ class ControlBoardContract : public testing::TestWithParam<ControlBoardRigFactor
       rig_->advance();
     }
   }
+  // The same until it has an effect: on the way to a far robot a busy machine may hold up commands, and time
+  // goes on meanwhile.
+  void stream_until(const std::function<bool()>& condition, const std::function<Status()>& command) {
+    for (int period = 0; period < 300 && !condition(); ++period) {
+      const Status sent = command();
+      ASSERT_TRUE(sent.ok()) << sent.error().message;
+      rig_->advance();
+    }
+  }
   void go_to(double target_rad) {
     const double fast[] = {limits_.max_velocity_rad_s};
     const double target[] = {target_rad};
@@ -257,7 +266,8 @@ TEST_P(ControlBoardContract, ATorquePushes) {
   go_to(place(0.4));
   const double before_rad = position();
   const double torque[] = {0.5 * limits_.max_torque_Nm};
-  stream(0.3, [&] { return board().set_torques(joint_, torque); });
+  stream_until([&] { return position() > before_rad + 0.02; },
+               [&] { return board().set_torques(joint_, torque); });
   EXPECT_EQ(mode(), ControlMode::kTorque);
   EXPECT_GT(position(), before_rad + 0.02);
   EXPECT_LE(position(), limits_.max_rad + rig_->tolerance_rad());
@@ -267,7 +277,8 @@ TEST_P(ControlBoardContract, ADutyCyclePushes) {
   go_to(place(0.6));
   const double before_rad = position();
   const double duty_cycle[] = {-0.5};
-  stream(0.3, [&] { return board().set_duty_cycles(joint_, duty_cycle); });
+  stream_until([&] { return position() < before_rad - 0.02; },
+               [&] { return board().set_duty_cycles(joint_, duty_cycle); });
   EXPECT_EQ(mode(), ControlMode::kPwm);
   EXPECT_LT(position(), before_rad - 0.02);
   EXPECT_GE(position(), limits_.min_rad - rig_->tolerance_rad());
@@ -331,6 +342,129 @@ TEST_P(ControlBoardContract, AModeThatHoldsDoesNotMoveTheJoint) {
     pass(0.2);
     EXPECT_NEAR(position(), place(0.5), 0.03) << to_string(wanted);
   }
+}
+
+// -- what lies under the joints
+
+TEST_P(ControlBoardContract, MotorsHaveAValueForEachJointOrNone) {
+  const auto axes = static_cast<std::size_t>(board().axes());
+  const Result<MotorReading> motors = board().read_motors();
+  ASSERT_TRUE(motors.ok()) << motors.error().message;
+  EXPECT_EQ(motors->position_rad.size(), axes);
+  for (const auto* values : {&motors->velocity_rad_s, &motors->acceleration_rad_s2, &motors->duty_cycle,
+                             &motors->current_A, &motors->temperature_C}) {
+    EXPECT_TRUE(values->empty() || values->size() == axes);
+    for (const double value : *values) EXPECT_TRUE(std::isfinite(value));
+  }
+}
+
+TEST_P(ControlBoardContract, AMotorTurnsWithItsJoint) {
+  go_to(place(0.3));
+  const double before_rad = board().read_motors()->position_rad.at(index());
+  go_to(place(0.6));
+  EXPECT_NEAR(board().read_motors()->position_rad.at(index()) - before_rad, place(0.6) - place(0.3), 0.06);
+}
+
+TEST_P(ControlBoardContract, AmplifiersDriveUnlessTheJointIsIdle) {
+  ASSERT_TRUE(board().set_control_mode(joint_, ControlMode::kIdle).ok());
+  EXPECT_TRUE(eventually(0.5, [&] { return !board().amplifiers_on()->at(index()); }));
+  ASSERT_TRUE(board().set_control_mode(joint_, ControlMode::kPosition).ok());
+  EXPECT_TRUE(eventually(0.5, [&] { return bool(board().amplifiers_on()->at(index())); }));
+}
+
+TEST_P(ControlBoardContract, GainsArePutAndTold) {
+  const std::vector<Pid> before = *board().pids(PidLoop::kPosition);
+  ASSERT_EQ(before.size(), static_cast<std::size_t>(board().axes()));
+  Pid softer[] = {before[index()]};
+  softer[0].kp *= 0.5;
+  ASSERT_GT(softer[0].kp, 0);
+  ASSERT_TRUE(board().set_pids(PidLoop::kPosition, joint_, softer).ok());
+  const std::vector<Pid> after = *board().pids(PidLoop::kPosition);
+  for (std::size_t i = 0; i < after.size(); ++i) {
+    EXPECT_NEAR(after[i].kp, i == index() ? softer[0].kp : before[i].kp, 1e-6) << i;
+  }
+  go_to(place(0.5));
+}
+
+TEST_P(ControlBoardContract, RefusesGainsThatMakeNoSense) {
+  const std::vector<Pid> before = *board().pids(PidLoop::kPosition);
+  const int above[] = {board().axes()};
+  const Pid good[] = {before[index()]};
+  EXPECT_FALSE(board().set_pids(PidLoop::kPosition, above, good).ok());
+  EXPECT_FALSE(board().set_pids(PidLoop::kPosition, joint_, {}).ok());
+  for (const double kp : {-1.0, std::numeric_limits<double>::quiet_NaN()}) {
+    Pid bad[] = {before[index()]};
+    bad[0].kp = kp;
+    EXPECT_FALSE(board().set_pids(PidLoop::kPosition, joint_, bad).ok()) << kp;
+  }
+  EXPECT_NEAR(board().pids(PidLoop::kPosition)->at(index()).kp, before[index()].kp, 1e-6);
+}
+
+TEST_P(ControlBoardContract, ALoopTellsWhatItWants) {
+  go_to(place(0.5));
+  const Result<PidReading> loop = board().read_pids(PidLoop::kPosition);
+  ASSERT_TRUE(loop.ok()) << loop.error().message;
+  const auto axes = static_cast<std::size_t>(board().axes());
+  ASSERT_EQ(loop->reference.size(), axes);
+  ASSERT_EQ(loop->error.size(), axes);
+  ASSERT_EQ(loop->output.size(), axes);
+  EXPECT_NEAR(loop->reference.at(index()), place(0.5), 0.02);
+  EXPECT_NEAR(loop->error.at(index()), 0, 0.02);
+}
+
+TEST_P(ControlBoardContract, InteractionIsToldAsItWasSetOrRefused) {
+  ASSERT_TRUE(board().set_interaction_mode(joint_, InteractionMode::kStiff).ok());
+  EXPECT_EQ(board().interaction_modes()->at(index()), InteractionMode::kStiff);
+  const bool can = board().set_interaction_mode(joint_, InteractionMode::kCompliant).ok();
+  EXPECT_EQ(board().interaction_modes()->at(index()) == InteractionMode::kCompliant, can);
+  const int above[] = {board().axes()};
+  EXPECT_FALSE(board().set_interaction_mode(above, InteractionMode::kStiff).ok());
+  const Impedance spring[] = {{2.0, 0.1, 0.5}};
+  if (board().set_impedances(joint_, spring).ok()) {
+    const Impedance told = board().impedances()->at(index());
+    EXPECT_NEAR(told.stiffness_Nm_rad, 2.0, 1e-6);
+    EXPECT_NEAR(told.damping_Nms_rad, 0.1, 1e-6);
+    EXPECT_NEAR(told.offset_Nm, 0.5, 1e-6);
+  } else {
+    EXPECT_FALSE(can) << "a joint that can comply has an impedance";
+  }
+  const Impedance impossible[] = {{-1.0, 0.1, 0.0}};
+  EXPECT_FALSE(board().set_impedances(joint_, impossible).ok());
+}
+
+TEST_P(ControlBoardContract, HomeIsAPlaceOfItsOwn) {
+  std::vector<double> homes_rad;
+  const double fast[] = {limits_.max_velocity_rad_s};
+  for (const double from : {0.3, 0.7}) {
+    go_to(place(from));
+    ASSERT_TRUE(board().set_reference_speeds(joint_, fast).ok());
+    ASSERT_TRUE(board().home(joint_).ok());
+    EXPECT_TRUE(eventually(0.5, [&] { return mode() == ControlMode::kPosition; }));
+    const double home_rad = board().target_positions()->at(index());
+    EXPECT_TRUE(eventually(10.0, [&] { return std::abs(position() - home_rad) < rig_->tolerance_rad(); }));
+    homes_rad.push_back(home_rad);
+  }
+  EXPECT_NEAR(homes_rad[0], homes_rad[1], 1e-6);
+  EXPECT_TRUE(board().calibrate(joint_).ok());
+  EXPECT_TRUE(board().calibrated()->at(index()));
+  const int above[] = {board().axes()};
+  EXPECT_FALSE(board().home(above).ok());
+  EXPECT_FALSE(board().calibrate(above).ok());
+}
+
+TEST_P(ControlBoardContract, VariablesAreThoseOfTheList) {
+  const Result<std::vector<std::string>> names = board().variable_names();
+  ASSERT_TRUE(names.ok()) << names.error().message;
+  for (const std::string& name : *names) {
+    const std::string value = "a \"b\" 3";
+    if (board().set_variable(name, value).ok()) {
+      EXPECT_EQ(*board().variable(name), value) << name;
+    } else {
+      EXPECT_TRUE(board().variable(name).ok()) << name;
+    }
+  }
+  EXPECT_FALSE(board().variable("no such thing").ok());
+  EXPECT_FALSE(board().set_variable("no such thing", "1").ok());
 }
 
 }  // namespace nido::test

@@ -89,6 +89,54 @@ TEST_F(ControlBoardTextTest, ModesOneAllAndSome) {
   EXPECT_EQ(answer("get icmd cmog 2 (1 0)"), "[is] [cmog] ([posd] [torq])");
 }
 
+TEST_F(ControlBoardTextTest, Motors) {
+  EXPECT_EQ(answer("get mncs"), "[is] mncs (0.0 0.0)");
+  EXPECT_EQ(answer("get acu 1"), "[is] acu 0.0");
+  EXPECT_EQ(answer("get tmps"), "[is] tmps (25.0 25.0)");
+  EXPECT_EQ(answer("get asta"), "[is] asta (1 1)");
+  EXPECT_EQ(ask("set icmd cmod 1 idl"), "[ok]");
+  EXPECT_EQ(answer("get asts 1"), "[is] asts 0");
+  EXPECT_EQ(ask("get ipwm pwms"), "[is] ipwm (0.0 0.0) [ok]");
+}
+
+TEST_F(ControlBoardTextTest, GainsOfALoop) {
+  EXPECT_EQ(ask("get pid pid pos 1"), "[is] pid (10.0 0.0 0.0 0.0 1.0 0.0 1.0 0.0 0.0 0.0) [ok]");
+  EXPECT_EQ(ask("set pid pid pos 1 (3 0.5 0 0 1 -2 1 0 0 0)"), "[ok]");
+  EXPECT_EQ(
+      ask("get pid pids pos"),
+      "[is] pid ((10.0 0.0 0.0 0.0 1.0 0.0 1.0 0.0 0.0 0.0) (3.0 0.5 0.0 0.0 1.0 -2.0 1.0 0.0 0.0 0.0)) "
+      "[ok]");
+  EXPECT_EQ(ask("get pid errs vel"), "[is] pid (0.0 0.0) [ok]");
+  for (const char* line : {"set pid pid pos 1 (3 0 0)", "set pid pid pos 1 3", "set pid pid dance 1 (1)",
+                           "set pid pid pos 1 (-3 0 0 0 1 0 1 0 0 0)", "get pid pid pos 9", "get pid pid",
+                           "get pid nonsense pos 0"}) {
+    EXPECT_EQ(ask(line).substr(0, 6), "[fail]") << line;
+  }
+  EXPECT_EQ(ask("get pid pid pos 1"), "[is] pid (3.0 0.5 0.0 0.0 1.0 -2.0 1.0 0.0 0.0 0.0) [ok]");
+}
+
+TEST_F(ControlBoardTextTest, InteractionImpedanceVariablesCalibration) {
+  EXPECT_EQ(answer("get intm mods"), "([stif] [stif])");
+  EXPECT_EQ(ask("set intm mode 1 comp"), "[ok]");
+  EXPECT_EQ(answer("get intm mode 1"), "[comp]");
+  EXPECT_EQ(ask("set intm mods (stif dance)").substr(0, 6), "[fail]");
+  EXPECT_EQ(answer("get intm mode 1"), "[comp]");
+  EXPECT_EQ(ask("set iimp ipr 0 (0.1 0.02)"), "[ok]");
+  EXPECT_EQ(answer("get iimp ipr 0"), "[is] iimp (0.1 0.02)");
+  EXPECT_EQ(ask("get ivar lvar"), "[is] ivar (\"note\") [ok]");
+  EXPECT_EQ(ask("set ivar mvar note hello"), "[ok]");
+  EXPECT_EQ(ask("get ivar mvar note"), "[is] ivar (\"hello\") [ok]");
+  EXPECT_EQ(ask("get ivar mvar no").substr(0, 6), "[fail]");
+  EXPECT_EQ(ask("set pos 0 30"), "[ok]");
+  advance(500);
+  EXPECT_EQ(ask("set reca homs"), "[ok]");
+  advance(500);
+  EXPECT_EQ(answer("get encs"), "[is] encs (0.0 0.0)");
+  EXPECT_EQ(ask("cald 1"), "[ok]");
+  EXPECT_EQ(ask("cald 7").substr(0, 6), "[fail]");
+  EXPECT_EQ(ask("park 1"), "[ok]");
+}
+
 TEST_F(ControlBoardTextTest, TorquesAndDutyCycles) {
   EXPECT_EQ(ask("set torq ref 0 2.5"), "[ok]");
   EXPECT_EQ(ask("set ipwm ref 1 50"), "[ok]");

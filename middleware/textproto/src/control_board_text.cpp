@@ -12,6 +12,8 @@
 #include <variant>
 #include <vector>
 
+#include "line.h"
+#include "motor_text.h"
 #include "nearest_of.h"
 #include "nido/interfaces/check_joints.h"
 #include "nido/textproto/text_value.h"
@@ -19,11 +21,9 @@
 namespace nido {
 namespace {
 
-constexpr double kDegree_rad = std::numbers::pi / 180.0;
-constexpr double kPercent = 0.01;
 constexpr long long kTurningJoint = 'a' | 't' << 8 | 'r' << 16 | 'v' << 24;  // YARP's number of the word atrv
 
-using Values = std::vector<TextValue>;
+using namespace text_line;  // NOLINT(google-build-using-namespace): of this room
 
 constexpr std::array<std::pair<std::string_view, ControlMode>, 7> kModeWords = {
     {{"idl", ControlMode::kIdle},
@@ -34,17 +34,15 @@ constexpr std::array<std::pair<std::string_view, ControlMode>, 7> kModeWords = {
      {"ipwm", ControlMode::kPwm},
      {"hwfa", ControlMode::kFault}}};
 
-TextValue word(std::string_view text) { return {TextValue::Word{std::string(text), true}}; }
-
 constexpr std::array kGetWords = std::to_array<std::string_view>(
-    {"encs", "enc",  "esps", "esp",  "eacs", "eac",  "poss", "pos",  "posg", "vels", "vel",
-     "velg", "accs", "acc",  "accg", "dons", "don",  "dong", "donl", "icmd", "torq", "llim",
-     "vlim", "axes", "name", "type", "prot", "info", "mncs", "mnc",  "msps", "msp",  "macs",
-     "mac",  "mnum", "mtnm", "dpos", "dpo",  "dpog", "asta", "asts", "intm"});
-constexpr std::array kSetWords =
-    std::to_array<std::string_view>({"pos", "poss", "posg", "rel",  "rels", "relg", "vel",  "vels", "velg",
-                                     "acc", "accs", "accg", "vmo",  "vmos", "vmog", "dpo",  "dpos", "dpog",
-                                     "sto", "stos", "stog", "icmd", "torq", "ipwm", "intm", "aen",  "adi"});
+    {"encs", "enc",  "esps", "esp",  "eacs", "eac",  "poss", "pos",  "posg", "vels", "vel",  "velg", "accs",
+     "acc",  "accg", "dons", "don",  "dong", "donl", "icmd", "torq", "llim", "vlim", "axes", "name", "type",
+     "prot", "info", "mncs", "mnc",  "msps", "msp",  "macs", "mac",  "mnum", "mtnm", "dpos", "dpo",  "dpog",
+     "asta", "asts", "intm", "acus", "acu",  "tmps", "tmp",  "pwm",  "ipwm", "pid",  "iimp", "ivar", "reca"});
+constexpr std::array kSetWords = std::to_array<std::string_view>(
+    {"pos",  "poss", "posg", "rel",  "rels", "relg", "vel",  "vels", "velg", "acc",  "accs",
+     "accg", "vmo",  "vmos", "vmog", "dpo",  "dpos", "dpog", "sto",  "stos", "stog", "icmd",
+     "torq", "ipwm", "intm", "aen",  "adi",  "pid",  "iimp", "ivar", "reca"});
 
 // "'encz' cannot be got: did you mean 'encs'?"
 std::string not_known(std::string_view verb, const TextValue& given,
@@ -54,91 +52,6 @@ std::string not_known(std::string_view verb, const TextValue& given,
   const std::string advice =
       near.empty() ? std::string("'help' lists what can") : fmt::format("did you mean '{} {}'?", verb, near);
   return fmt::format("'{}' cannot be {}: {}", what, verb == "get" ? "got" : "set", advice);
-}
-
-// what a line could not do, and whether it was understood
-struct Refusal {
-  bool understood = true;
-  std::string sentence;
-};
-Refusal refused(const Error& error) { return {true, error.message}; }
-Refusal unknown(std::string sentence) { return {false, std::move(sentence)}; }
-
-template <class T>
-using Outcome = std::variant<T, Refusal>;
-
-// -- reading a line
-// ---------------------------------------------------------------------------------------------------
-
-// the joints that a line names, and what it gives to each
-struct Targets {
-  std::vector<int> joints;
-  Values values;
-};
-
-std::optional<int> whole_number(const TextValue& value) {
-  const auto* whole = std::get_if<long long>(&value.content);
-  if (whole == nullptr || *whole < -1'000'000 || *whole > 1'000'000) return std::nullopt;
-  return static_cast<int>(*whole);
-}
-
-Outcome<std::vector<int>> joint_list(const TextValue& value) {
-  std::vector<int> joints;
-  if (value.list() == nullptr) return unknown("a list of joints in parentheses is expected");
-  for (const TextValue& item : *value.list()) {
-    const std::optional<int> joint = whole_number(item);
-    if (!joint) return unknown("a joint is a whole number");
-    joints.push_back(*joint);
-  }
-  return joints;
-}
-
-// suffix of a word: "" one joint `J V`, 's' all joints `(V ...)`, 'g' a group `N (J ...) (V ...)`
-Outcome<Targets> targets(const Values& line, std::size_t first, char suffix, int axes, bool with_values) {
-  const std::size_t given = line.size() - first;
-  Targets out;
-  if (suffix == 's') {
-    if (given != (with_values ? 1U : 0U) || (with_values && line[first].list() == nullptr)) {
-      return unknown(with_values ? fmt::format("a list of {} values in parentheses is expected", axes)
-                                 : std::string("nothing more is expected"));
-    }
-    out.joints = all_joints(axes);
-    if (with_values) out.values = *line[first].list();
-  } else if (suffix == 'g') {
-    if (given != (with_values ? 3U : 2U) || (with_values && line[first + 2].list() == nullptr)) {
-      return unknown(with_values ? "N (JOINT ...) (VALUE ...) is expected" : "N (JOINT ...) is expected");
-    }
-    Outcome<std::vector<int>> joints = joint_list(line[first + 1]);
-    if (auto* wrong = std::get_if<Refusal>(&joints)) return *wrong;
-    out.joints = std::get<std::vector<int>>(std::move(joints));
-    if (whole_number(line[first]) != static_cast<int>(out.joints.size())) {
-      return Refusal{true,
-                     fmt::format("the count does not fit the {} joints of the list", out.joints.size())};
-    }
-    if (with_values) out.values = *line[first + 2].list();
-  } else {
-    if (given != (with_values ? 2U : 1U))
-      return unknown(with_values ? "JOINT VALUE is expected" : "JOINT is expected");
-    const std::optional<int> joint = whole_number(line[first]);
-    if (!joint) return unknown("a joint is a whole number");
-    out.joints = {*joint};
-    if (with_values) out.values = {line[first + 1]};
-  }
-  if (const Status valid = check_joints(axes, out.joints); !valid) return refused(valid.error());
-  if (with_values && out.values.size() != out.joints.size()) {
-    return Refusal{true, fmt::format("{} joints but {} values: one a joint is expected", out.joints.size(),
-                                     out.values.size())};
-  }
-  return out;
-}
-
-Outcome<std::vector<double>> numbers(const Values& values, double unit) {
-  std::vector<double> out;
-  for (const TextValue& value : values) {
-    if (!value.is_number()) return unknown("a value is a number");
-    out.push_back(value.number() * unit);
-  }
-  return out;
 }
 
 Outcome<ControlMode> mode_of(const TextValue& value) {
@@ -173,42 +86,17 @@ Result<std::vector<double>> motion_done_numbers(const IControlBoard& board) {
   return std::vector<double>(done->begin(), done->end());
 }
 
-// of an amplifier: 1 as long as it drives its motor
-Result<std::vector<double>> amplifier_numbers(const IControlBoard& board) {
-  const Result<std::vector<ControlMode>> modes = board.control_modes();
-  if (!modes) return modes.error();
-  std::vector<double> driving;
-  for (const ControlMode mode : *modes) {
-    driving.push_back(mode == ControlMode::kIdle || mode == ControlMode::kFault ? 0 : 1);
-  }
-  return driving;
-}
-
-constexpr double kCount = 0;  // unit of whole numbers
-
-// a motor of these boards turns as its joint does
-constexpr std::array<Quantity, 12> kQuantities = {{
+constexpr std::array<Quantity, 8> kQuantities = {{
     {"enc", "encs", "", kDegree_rad, &from_reading<&JointReading::position_rad>},
     {"esp", "esps", "", kDegree_rad, &from_reading<&JointReading::velocity_rad_s>},
     {"eac", "eacs", "", kDegree_rad, &from_reading<&JointReading::acceleration_rad_s2>},
-    {"mnc", "mncs", "", kDegree_rad, &from_reading<&JointReading::position_rad>},
-    {"msp", "msps", "", kDegree_rad, &from_reading<&JointReading::velocity_rad_s>},
-    {"mac", "macs", "", kDegree_rad, &from_reading<&JointReading::acceleration_rad_s2>},
     {"pos", "poss", "posg", kDegree_rad, [](const IControlBoard& b) { return b.target_positions(); }},
     {"dpo", "dpos", "dpog", kDegree_rad, [](const IControlBoard& b) { return b.target_positions(); }},
     {"vel", "vels", "velg", kDegree_rad, [](const IControlBoard& b) { return b.reference_speeds(); }},
     {"acc", "accs", "accg", kDegree_rad, [](const IControlBoard& b) { return b.reference_accelerations(); }},
     {"don", "donl", "", kCount, &motion_done_numbers},
-    {"asts", "asta", "", kCount, &amplifier_numbers},
 }};
 constexpr Quantity kTorque = {"trq", "trqs", "", 1.0, &from_reading<&JointReading::torque_Nm>};
-
-TextValue to_value(double si, double unit) {
-  if (unit == kCount) return {static_cast<long long>(si)};
-  // a target of 30.5 degrees reads back as 30.5: the two conversions leave an error in the last digits
-  constexpr double kDigits = 1e10;
-  return {std::round(si / unit * kDigits) / kDigits};
-}
 
 Outcome<Values> get_quantity(const IControlBoard& board, const Quantity& quantity, const Values& line,
                              std::size_t at_word) {
@@ -243,17 +131,6 @@ Outcome<Values> get_all_done(const IControlBoard& board, const Values& line) {
     all_done = all_done && (*done)[static_cast<std::size_t>(joint)];
   }
   return Values{{all_done ? 1LL : 0LL}};
-}
-
-// joints of these boards are stiff, always
-Outcome<Values> get_interaction(const IControlBoard& board, const Values& line) {
-  if (line.size() < 3) return unknown("intm mode J, intm mods or intm modg N (J ...) is expected");
-  const char suffix = line[2].is_word("mods") ? 's' : line[2].is_word("modg") ? 'g' : '\0';
-  if (suffix == '\0' && !line[2].is_word("mode")) return unknown("intm knows mode, mods and modg");
-  Outcome<Targets> which = targets(line, 3, suffix, board.axes(), false);
-  if (auto* wrong = std::get_if<Refusal>(&which)) return *wrong;
-  if (suffix == '\0') return Values{word("stif")};
-  return Values{{Values(std::get<Targets>(which).joints.size(), word("stif"))}};
 }
 
 Outcome<Values> get_modes(const IControlBoard& board, const Values& line) {
@@ -323,7 +200,7 @@ Outcome<Values> get(const IControlBoard& board, const Values& line) {
     if (names(quantity, line[1])) return get_quantity(board, quantity, line, 1);
   }
   if (line[1].is_word("dons") || line[1].is_word("dong")) return get_all_done(board, line);
-  if (line[1].is_word("intm")) return get_interaction(board, line);
+  if (std::optional<Outcome<Values>> motors = get_motors(board, line)) return *motors;
   if (line[1].is_word("axes") || line[1].is_word("mnum") || line[1].is_word("mtnm"))
     return Values{{static_cast<long long>(board.axes())}};
   if (line[1].is_word("prot")) return Values{{1LL}, {9LL}, {0LL}};
@@ -446,21 +323,6 @@ Outcome<Values> stop(IControlBoard& board, const Values& line, char suffix) {
   return Values{};
 }
 
-// stiff is what the joints are: asking for it does nothing, asking for something else is refused
-Outcome<Values> set_interaction(IControlBoard& board, const Values& line) {
-  if (line.size() < 3)
-    return unknown("intm mode J stif, intm mods (stif ...) or intm modg N (J ...) (stif ...)");
-  const char suffix = line[2].is_word("mods") ? 's' : line[2].is_word("modg") ? 'g' : '\0';
-  if (suffix == '\0' && !line[2].is_word("mode")) return unknown("intm knows mode, mods and modg");
-  Outcome<Targets> parsed = targets(line, 3, suffix, board.axes(), true);
-  if (auto* wrong = std::get_if<Refusal>(&parsed)) return *wrong;
-  for (const TextValue& mode : std::get<Targets>(parsed).values) {
-    if (!mode.is_word("stif"))
-      return Refusal{true, "the joints of this board are stiff (stif), they cannot comply"};
-  }
-  return Values{};
-}
-
 // an amplifier that is switched off leaves its joint idle
 Outcome<Values> switch_amplifier(IControlBoard& board, const Values& line) {
   Outcome<Targets> which = targets(line, 2, '\0', board.axes(), false);
@@ -480,7 +342,7 @@ Outcome<Values> set(IControlBoard& board, const Values& line) {
   if (line[1].is_word("stos")) return stop(board, line, 's');
   if (line[1].is_word("stog")) return stop(board, line, 'g');
   if (line[1].is_word("icmd")) return set_modes(board, line);
-  if (line[1].is_word("intm")) return set_interaction(board, line);
+  if (std::optional<Outcome<Values>> motors = set_motors(board, line)) return *motors;
   if (line[1].is_word("aen") || line[1].is_word("adi")) return switch_amplifier(board, line);
   if (line[1].is_word("torq") || line[1].is_word("ipwm")) {
     const Command& command = line[1].is_word("torq") ? kTorqueCommand : kPwmCommand;
@@ -515,21 +377,36 @@ std::optional<ControlMode> mode_from_word(std::string_view text) {
 const std::string& ControlBoardText::help() {
   static const std::string text = [] {
     Values lines = {word("many")};
-    for (const char* line :
-         {"degrees, deg/s, N m, percent; J is a joint, from 0", "get encs | esps | eacs | mncs | msps | macs",
-          "get enc | esp | eac | mnc | msp | mac J",
-          "get poss | vels | accs | dpos, get pos | vel | acc | dpo J",
-          "get posg | velg | accg | dpog N (J ...)", "get dons | donl, get don J, get dong N (J ...)",
-          "get icmd cmds | cmod J | cmog N (J ...)", "get torq trqs | rngs | trq J | rng J",
-          "get intm mods | mode J | modg N (J ...)", "get llim | vlim | name | type | asts J",
-          "get axes | mnum | mtnm | asta | prot | info", "set pos | rel | vel | acc | vmo | dpo J V",
-          "set poss | rels | vels | accs | vmos | dpos (V ...)",
-          "set posg | relg | velg | accg | vmog | dpog N (J ...) (V ...)",
-          "set sto J, set stos, set stog N (J ...)",
-          "set icmd cmod J MODE | cmds (MODE ...) | cmog N (J ...) (MODE ...)",
-          "    MODE: idl pos posd vel torq ipwm",
-          "set torq | ipwm ref J V | refs (V ...) | refg N (J ...) (V ...)",
-          "set intm mode J stif, set aen | adi J"}) {
+    for (const char* line : {"degrees, deg/s, N m, percent; J is a joint, from 0",
+                             "get encs | esps | eacs | mncs | msps | macs",
+                             "get enc | esp | eac | mnc | msp | mac J",
+                             "get poss | vels | accs | dpos, get pos | vel | acc | dpo J",
+                             "get posg | velg | accg | dpog N (J ...)",
+                             "get dons | donl, get don J, get dong N (J ...)",
+                             "get icmd cmds | cmod J | cmog N (J ...)",
+                             "get torq trqs | rngs | trq J | rng J",
+                             "get intm mods | mode J | modg N (J ...)",
+                             "get acus | tmps, get acu | tmp | pwm J",
+                             "get ipwm pwms | pwm J",
+                             "get pid pids | errs | refs | outs LOOP, get pid pid | err | ref | out LOOP J",
+                             "    LOOP: pos vel trq cur",
+                             "get iimp ipr | iof J",
+                             "get ivar lvar | mvar NAME",
+                             "get llim | vlim | name | type | asts J",
+                             "get axes | mnum | mtnm | asta | prot | info",
+                             "set pos | rel | vel | acc | vmo | dpo J V",
+                             "set poss | rels | vels | accs | vmos | dpos (V ...)",
+                             "set posg | relg | velg | accg | vmog | dpog N (J ...) (V ...)",
+                             "set sto J, set stos, set stog N (J ...)",
+                             "set icmd cmod J MODE | cmds (MODE ...) | cmog N (J ...) (MODE ...)",
+                             "    MODE: idl pos posd vel torq ipwm",
+                             "set torq | ipwm ref J V | refs (V ...) | refg N (J ...) (V ...)",
+                             "set intm mode J stif | comp, set aen | adi J",
+                             "set pid pid LOOP J (10 gains)",
+                             "set iimp ipr J (N*m/deg N*m*s/deg), set iimp iof J (N*m)",
+                             "set ivar mvar NAME VALUE",
+                             "set reca cal | hom | par J, set reca cals | homs | pars",
+                             "calj J, cald J, park 1"}) {
       lines.push_back({std::string(line)});
     }
     return format_text(lines);
@@ -544,6 +421,10 @@ std::string ControlBoardText::reply(const std::string& line) {
   if (!words.empty() && words[0].is_word("help")) return help();
   const bool is_get = !words.empty() && words[0].is_word("get");
   const bool is_set = !words.empty() && words[0].is_word("set");
+  if (std::optional<Outcome<Values>> ordered = order_motors(board_, words)) {
+    const auto* wrong = std::get_if<Refusal>(&*ordered);
+    return wrong != nullptr ? refusal_text(*wrong, words.size()) : "[ok]";
+  }
   if (words.size() < 2 || (!is_get && !is_set)) {
     return refusal_text(unknown("a line begins with 'get WHAT' or 'set WHAT'; 'help' tells more"),
                         words.size());
@@ -567,7 +448,7 @@ std::string ControlBoardText::reply(const std::string& line) {
     if (!words[1].is_word("icmd")) answer.push_back(words[1]);
   }
   for (TextValue& value : std::get<Values>(outcome)) answer.push_back(std::move(value));
-  if (!is_version) {
+  if (!is_version && !tells_no_time(words)) {
     const Result<JointReading> reading = board_.read_joints();
     answer.push_back(word("tsta"));
     answer.push_back({static_cast<long long>(count_.fetch_add(1))});

@@ -11,6 +11,7 @@
 #include "client_connection.h"
 #include "nido/interfaces/check_joints.h"
 #include "nido/middleware/typed_port.h"
+#include "nido/textproto/asked_board.h"
 #include "nido/textproto/control_board_text.h"
 #include "nido/textproto/text_value.h"
 #include "nido/wrappers/clients.h"
@@ -32,7 +33,7 @@ std::string value_list(std::span<const double> values, double unit) {
   return list + ")";
 }
 
-class ControlBoardClient final : public IControlBoard {
+class ControlBoardClient final : public AskedBoard {
  public:
   ControlBoardClient(Node& node, ClientOptions options) : node_(node), options_(std::move(options)) {}
 
@@ -189,6 +190,8 @@ class ControlBoardClient final : public IControlBoard {
     }
     return words;
   }
+
+  Result<std::vector<TextValue>> ask_line(const std::string& line) const override { return ask(line); }
 
   // the list in `[is] WHAT (...) ...`
   Result<std::vector<TextValue>> ask_list(const std::string& line) const {

@@ -96,6 +96,10 @@ Status OrderedBoard::stop(std::span<const int> joints) {
   void_older(joints);
   return board_.stop(joints);
 }
+Status OrderedBoard::home(std::span<const int> joints) {
+  void_older(joints);
+  return board_.home(joints);
+}
 Status OrderedBoard::set_positions(std::span<const int> joints, std::span<const double> target_rad) {
   void_older(joints);
   return board_.set_positions(joints, target_rad);

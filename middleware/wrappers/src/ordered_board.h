@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "nido/interfaces/control_board.h"
+#include "nido/interfaces/layered_board.h"
 #include "nido/middleware/time.h"
 
 namespace nido {
@@ -19,7 +19,7 @@ namespace nido {
 //
 // "Before" is told by the wall clock that both are written with: of one computer, or of two that keep the
 // same time. Thread-safe.
-class OrderedBoard final : public IControlBoard {
+class OrderedBoard final : public LayeredBoard {
  public:
   // `board` must outlive this.
   explicit OrderedBoard(IControlBoard& board);
@@ -61,8 +61,10 @@ class OrderedBoard final : public IControlBoard {
   Status set_velocities(std::span<const int> joints, std::span<const double> velocity_rad_s) override;
   Status set_torques(std::span<const int> joints, std::span<const double> torque_Nm) override;
   Status set_duty_cycles(std::span<const int> joints, std::span<const double> duty_cycle) override;
+  Status home(std::span<const int> joints) override;
 
  private:
+  [[nodiscard]] IControlBoard& inner() const override { return board_; }
   void void_older(std::span<const int> joints);
   Status apply(ControlMode mode, std::span<const int> joints, std::span<const double> values);
 

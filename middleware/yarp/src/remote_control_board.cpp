@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "nido/interfaces/check_joints.h"
+#include "nido/textproto/asked_board.h"
 #include "nido/textproto/control_board_text.h"
 #include "nido/yarp/devices.h"
 #include "remote_stamps.h"
@@ -28,7 +29,7 @@ std::string word_of_number(std::int64_t number) {
 
 Value whole(std::size_t number) { return Value::of(static_cast<std::int64_t>(number)); }
 
-class RemoteControlBoard final : public IControlBoard {
+class RemoteControlBoard final : public AskedBoard {
  public:
   RemoteControlBoard(std::shared_ptr<Network> network, const RemoteDevice& device, double max_torque_Nm)
       : network_(std::move(network)),
@@ -183,6 +184,13 @@ class RemoteControlBoard final : public IControlBoard {
       return Error{ErrorCode::kFailed, device_.remote + ": " + reason};
     }
     return reply;
+  }
+  Result<std::vector<TextValue>> ask_line(const std::string& line) const override {
+    Result<Bottle> request = parse_bottle(line);
+    if (!request) return request.error();
+    const Result<Bottle> reply = ask(*request);
+    if (!reply) return reply.error();
+    return parse_text(to_text(*reply));
   }
   Status order(const Bottle& request) const {
     // what was streamed before must not come after the order

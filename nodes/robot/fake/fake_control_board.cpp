@@ -30,6 +30,7 @@ FakeControlBoard::FakeControlBoard(std::vector<FakeJoint> joints, std::int64_t s
     joint.reference_speed_rad_s =
         std::min(joint.fixed.reference_speed_rad_s, joint.fixed.limits.max_velocity_rad_s);
     joint.reference_acceleration_rad_s2 = kDefaultAcceleration_rad_s2;
+    joint.pids.fill(Pid{.kp = 10, .max_output = 1, .scale = 1});
     joints_.push_back(std::move(joint));
   }
 }

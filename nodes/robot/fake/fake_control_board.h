@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <mutex>
 #include <optional>
@@ -62,6 +63,22 @@ class FakeControlBoard final : public IControlBoard, public ISteppable {
   Status set_velocities(std::span<const int> joints, std::span<const double> velocity_rad_s) override;
   Status set_torques(std::span<const int> joints, std::span<const double> torque_Nm) override;
   Status set_duty_cycles(std::span<const int> joints, std::span<const double> duty_cycle) override;
+  // All loops have gains, which nothing depends on; a compliant joint is so in name.
+  [[nodiscard]] Result<MotorReading> read_motors() const override;
+  [[nodiscard]] Result<std::vector<bool>> amplifiers_on() const override;
+  [[nodiscard]] Result<std::vector<Pid>> pids(PidLoop loop) const override;
+  Status set_pids(PidLoop loop, std::span<const int> joints, std::span<const Pid> pids) override;
+  [[nodiscard]] Result<PidReading> read_pids(PidLoop loop) const override;
+  [[nodiscard]] Result<std::vector<InteractionMode>> interaction_modes() const override;
+  Status set_interaction_mode(std::span<const int> joints, InteractionMode mode) override;
+  [[nodiscard]] Result<std::vector<Impedance>> impedances() const override;
+  Status set_impedances(std::span<const int> joints, std::span<const Impedance> impedances) override;
+  Status calibrate(std::span<const int> joints) override;
+  [[nodiscard]] Result<std::vector<bool>> calibrated() const override;
+  Status home(std::span<const int> joints) override;
+  [[nodiscard]] Result<std::vector<std::string>> variable_names() const override;
+  [[nodiscard]] Result<std::string> variable(const std::string& name) const override;
+  Status set_variable(const std::string& name, const std::string& value) override;
 
  private:
   struct Joint {
@@ -78,6 +95,10 @@ class FakeControlBoard final : public IControlBoard, public ISteppable {
     double from_rad = 0;
     double elapsed_s = 0;
     double duration_s = 0;
+    std::array<Pid, 4> pids;  // by PidLoop
+    InteractionMode interaction = InteractionMode::kStiff;
+    Impedance impedance;
+    bool calibrated = true;
   };
   // Checks and then applies one command to each joint. Takes the lock.
   Status command(ControlMode mode, std::span<const int> joints, std::span<const double> values);
@@ -87,6 +108,7 @@ class FakeControlBoard final : public IControlBoard, public ISteppable {
 
   mutable std::mutex mutex_;
   std::vector<Joint> joints_;
+  std::string note_;  // the one variable
   std::int64_t now_ns_ = 0;
   FakeFailures failures_;
   std::int64_t failures_at_ns_ = 0;

@@ -133,6 +133,7 @@ Status LimitedControlBoard::stream(ControlMode mode, std::span<const int> joints
   const std::lock_guard lock(mutex_);
   if (Status valid = check_joint_values(axes(), joints, values); !valid) return valid;
   if (joints.empty()) return {};
+  if (Status may = may_command(); !may) return may;
   const Result<JointReading> reading = device_.read_joints();
   if (!reading) return reading.error();
   std::vector<Stream> next = streams_;
@@ -159,6 +160,10 @@ Status LimitedControlBoard::step_to(std::int64_t now_ns) {
   const std::lock_guard lock(mutex_);
   const double dt_s = static_cast<double>(now_ns - stepped_ns_) * 1e-9;
   stepped_ns_ = now_ns;
+  const bool stopped = options_.safety && options_.safety->is_stopped();
+  if (stopped != std::exchange(is_halted_, stopped) && stopped) {
+    if (Status halted = stop_all(); !halted) return halted;
+  }
   if (std::all_of(streams_.begin(), streams_.end(), [](const Stream& s) { return !is_streamed(s.mode); }))
     return {};
   const Result<JointReading> reading = device_.read_joints();
@@ -206,6 +211,17 @@ Status LimitedControlBoard::step_to(std::int64_t now_ns) {
   return {};
 }
 
+// one joint after the other, so that one that is broken does not keep the others from stopping
+Status LimitedControlBoard::stop_all() {
+  for (int joint = 0; joint < axes(); ++joint) {
+    const int one[] = {joint};
+    const Status stopped = device_.stop(one);
+    forget(one);
+    if (!stopped && stopped.error().code != ErrorCode::kFailed) return stopped;
+  }
+  return {};
+}
+
 void LimitedControlBoard::forget(std::span<const int> joints) {
   for (const int joint : joints) streams_[at(joint)] = Stream{};
 }
@@ -236,6 +252,7 @@ Result<std::vector<bool>> LimitedControlBoard::motion_done() const { return devi
 
 Status LimitedControlBoard::set_control_mode(std::span<const int> joints, ControlMode mode) {
   const std::lock_guard lock(mutex_);
+  if (Status may = may_command(); !may) return may;
   if (Status set = device_.set_control_mode(joints, mode); !set) return set;
   const Result<JointReading> reading = device_.read_joints();
   if (!reading) return reading.error();
@@ -253,6 +270,7 @@ Status LimitedControlBoard::set_control_mode(std::span<const int> joints, Contro
 Status LimitedControlBoard::move_to(std::span<const int> joints, std::span<const double> target_rad) {
   const std::lock_guard lock(mutex_);
   if (Status valid = check_joint_values(axes(), joints, target_rad); !valid) return valid;
+  if (Status may = may_command(); !may) return may;
   std::vector<double> clamped(target_rad.begin(), target_rad.end());
   for (std::size_t i = 0; i < joints.size(); ++i) {
     clamped[i] = clamp_command(ControlMode::kPosition, limits_[at(joints[i])], clamped[i]);
@@ -265,6 +283,7 @@ Status LimitedControlBoard::move_to(std::span<const int> joints, std::span<const
 Status LimitedControlBoard::set_reference_speeds(std::span<const int> joints,
                                                  std::span<const double> speed_rad_s) {
   if (Status valid = check_joint_magnitudes(axes(), joints, speed_rad_s); !valid) return valid;
+  if (Status may = may_command(); !may) return may;
   std::vector<double> clamped(speed_rad_s.begin(), speed_rad_s.end());
   for (std::size_t i = 0; i < joints.size(); ++i) {
     clamped[i] = std::min(clamped[i], limits_[at(joints[i])].max_velocity_rad_s);
@@ -275,14 +294,47 @@ Status LimitedControlBoard::set_reference_speeds(std::span<const int> joints,
 Status LimitedControlBoard::set_reference_accelerations(std::span<const int> joints,
                                                         std::span<const double> acceleration_rad_s2) {
   if (Status valid = check_joint_magnitudes(axes(), joints, acceleration_rad_s2); !valid) return valid;
+  if (Status may = may_command(); !may) return may;
   return device_.set_reference_accelerations(joints, acceleration_rad_s2);
 }
 
 Status LimitedControlBoard::stop(std::span<const int> joints) {
   const std::lock_guard lock(mutex_);
+  // a stop is no harm to a robot that has stopped; one that is only looked at is left alone
+  if (Status may = may_command(); !may) return is_halted_ ? check_joints(axes(), joints) : may;
   if (Status stopped = device_.stop(joints); !stopped) return stopped;
   forget(joints);
   return {};
+}
+
+Status LimitedControlBoard::home(std::span<const int> joints) {
+  const std::lock_guard lock(mutex_);
+  if (Status may = may_command(); !may) return may;
+  if (Status begun = device_.home(joints); !begun) return begun;
+  forget(joints);
+  return {};
+}
+
+Status LimitedControlBoard::calibrate(std::span<const int> joints) {
+  if (Status may = may_command(); !may) return may;
+  return device_.calibrate(joints);
+}
+Status LimitedControlBoard::set_pids(PidLoop loop, std::span<const int> joints, std::span<const Pid> pids) {
+  if (Status may = may_command(); !may) return may;
+  return device_.set_pids(loop, joints, pids);
+}
+Status LimitedControlBoard::set_interaction_mode(std::span<const int> joints, InteractionMode mode) {
+  if (Status may = may_command(); !may) return may;
+  return device_.set_interaction_mode(joints, mode);
+}
+Status LimitedControlBoard::set_impedances(std::span<const int> joints,
+                                           std::span<const Impedance> impedances) {
+  if (Status may = may_command(); !may) return may;
+  return device_.set_impedances(joints, impedances);
+}
+Status LimitedControlBoard::set_variable(const std::string& name, const std::string& value) {
+  if (Status may = may_command(); !may) return may;
+  return device_.set_variable(name, value);
 }
 
 Status LimitedControlBoard::set_positions(std::span<const int> joints, std::span<const double> target_rad) {

@@ -7,17 +7,21 @@
 #include <string>
 #include <vector>
 
+#include "limits/safety.h"
 #include "nido/interfaces/clock.h"
 #include "nido/interfaces/control_board.h"
 #include "nido/interfaces/device.h"
+#include "nido/interfaces/layered_board.h"
 
 namespace nido {
 
 struct LimitOptions {
   std::string part;                               // of the messages: "left_arm"
   std::int64_t command_timeout_ns = 100'000'000;  // age at which a streamed command ends
-  std::vector<JointLimits> narrower;  // (axes) or empty: only what is narrower than the device's counts
-  std::function<void(const std::string&)> report;  // told in a sentence when a joint is stopped; may be empty
+  std::vector<JointLimits> narrower{};     // (axes) or empty: only what is narrower than the device's counts
+  std::shared_ptr<const Safety> safety{};  // may be null: commands are always allowed
+  std::function<void(const std::string&)>
+      report{};  // told in a sentence when a joint is stopped; may be empty
 };
 
 // The one layer below every client of a board, the same for all families of devices: whatever is commanded,
@@ -28,8 +32,10 @@ struct LimitOptions {
 // - a torque or duty cycle that pushes out of the position limits is dropped, and one not renewed in time is
 // replaced by
 //   holding the position (mode position).
+// - while the robot's safety forbids it nothing is commanded at all; joints stop once when the emergency stop
+// comes.
 // Call step_to() once a control period, after the commands and before the device's own step. Thread-safe.
-class LimitedControlBoard final : public IControlBoard, public ISteppable {
+class LimitedControlBoard final : public LayeredBoard, public ISteppable {
  public:
   // `device` and `clock` must outlive the layer. Fails when the device tells no limits or limits that are out
   // of order.
@@ -59,8 +65,15 @@ class LimitedControlBoard final : public IControlBoard, public ISteppable {
   Status set_velocities(std::span<const int> joints, std::span<const double> velocity_rad_s) override;
   Status set_torques(std::span<const int> joints, std::span<const double> torque_Nm) override;
   Status set_duty_cycles(std::span<const int> joints, std::span<const double> duty_cycle) override;
+  Status home(std::span<const int> joints) override;
+  Status calibrate(std::span<const int> joints) override;
+  Status set_pids(PidLoop loop, std::span<const int> joints, std::span<const Pid> pids) override;
+  Status set_interaction_mode(std::span<const int> joints, InteractionMode mode) override;
+  Status set_impedances(std::span<const int> joints, std::span<const Impedance> impedances) override;
+  Status set_variable(const std::string& name, const std::string& value) override;
 
  private:
+  [[nodiscard]] IControlBoard& inner() const override { return device_; }
   // What a joint is being streamed; mode position means that nothing is.
   struct Stream {
     ControlMode mode = ControlMode::kPosition;
@@ -70,6 +83,10 @@ class LimitedControlBoard final : public IControlBoard, public ISteppable {
   };
   LimitedControlBoard(IControlBoard& device, const IClock& clock, LimitOptions options,
                       std::vector<JointLimits> limits);
+  [[nodiscard]] Status may_command() const {
+    return options_.safety ? options_.safety->may_command() : Status();
+  }
+  Status stop_all();
   Status stream(ControlMode mode, std::span<const int> joints, std::span<const double> values);
   // What may be sent now of what is wanted.
   [[nodiscard]] double allowed(const Stream& stream, const JointLimits& limits, double position_rad,
@@ -86,6 +103,7 @@ class LimitedControlBoard final : public IControlBoard, public ISteppable {
   mutable std::mutex mutex_;
   std::vector<Stream> streams_;
   std::int64_t stepped_ns_ = 0;
+  bool is_halted_ = false;  // the emergency stop has been carried out
 };
 
 // One line a joint: what is in force, for the log at the start. "left_arm 3 l_elbow: 15.0..106.0 deg, 100

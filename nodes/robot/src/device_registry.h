@@ -16,6 +16,7 @@
 #include "nido/interfaces/control_board.h"
 #include "nido/interfaces/device.h"
 #include "nido/interfaces/inertial.h"
+#include "nido/interfaces/task_control.h"
 #include "nido/interfaces/touch.h"
 #include "nido/interfaces/world.h"
 #include "nido/launcher/schema.h"
@@ -56,16 +57,20 @@ struct DeviceContext {
   std::shared_ptr<sim::SimulatedRobot> simulated;
   // The YARP network that all devices of the family yarp share, made by the first of them.
   std::shared_ptr<yarp::Network> yarp_network;
+  // A control board that was made before, with its limits; null for any other name.
+  std::function<IControlBoard*(const std::string& name)> board{};
 };
 
 using AnyDevice =
     std::variant<std::unique_ptr<IControlBoard>, std::unique_ptr<ICamera>, std::unique_ptr<ITouch>,
                  std::unique_ptr<IAudioGrabberSound>, std::unique_ptr<IWorld>, std::unique_ptr<IForceTorque>,
-                 std::unique_ptr<IInertial>>;
+                 std::unique_ptr<IInertial>,
+                 std::unique_ptr<ICartesianControl>, std::unique_ptr<IGazeControl>>;
 
 struct MadeDevice {
   AnyDevice device;
   ISteppable* steppable = nullptr;  // the device itself, when it has to be stepped
+  ISteppable* commander = nullptr;  // the device itself, when it commands boards: stepped before their limits
 };
 
 // One kind of device that a robot file can name: FAMILY/WHAT.
@@ -81,6 +86,7 @@ std::vector<DeviceKind> simulated_family();
 std::vector<DeviceKind> fake_family();
 std::vector<DeviceKind> audio_family();
 std::vector<DeviceKind> yarp_family();
+std::vector<DeviceKind> task_family();
 
 // Makes a device of a kind. Parameters are checked; failures name the file and line.
 Result<MadeDevice> make_device(const std::string& kind, const YAML::Node& parameters, DeviceContext& context);

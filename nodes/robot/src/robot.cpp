@@ -8,6 +8,7 @@
 
 #include "nido/simulator/devices/simulated_robot.h"
 #include "nido/wrappers/servers.h"
+#include "nido/wrappers/task_wrappers.h"
 #include "nido/yarp/devices.h"
 #include "src/body_server.h"
 
@@ -27,6 +28,13 @@ Result<std::unique_ptr<Robot>> Robot::create(Node& node, const RobotFile& file, 
                                              std::int64_t start_ns) {
   std::unique_ptr<Robot> robot(new Robot(start_ns));
   DeviceContext context{robot->clock_, file.path, run, file.simulation, nullptr, nullptr};
+  context.board = [&robot](const std::string& name) { return robot->board(name); };
+  SafetyOptions safety;
+  safety.read_only = file.safety.read_only;
+  safety.heartbeat_s = file.safety.heartbeat_s;
+  safety.report = [&node](const std::string& sentence) { node.log_warning(sentence); };
+  robot->safety_ = std::make_shared<Safety>(std::move(safety), robot->clock_);
+  robot->speed_ = file.safety.speed;
   for (const DeviceEntry& entry : file.devices) {
     if (Status added = robot->add_device(node, entry, context); !added) return added.error();
   }
@@ -42,6 +50,11 @@ Result<std::unique_ptr<Robot>> Robot::create(Node& node, const RobotFile& file, 
                  fmt::format("{}: the simulator's control period is {} s, not {}", file.path.string(),
                              sim::Simulation::kControlPeriod_s, file.period_s)};
   }
+  auto service =
+      node.open_service("/" + file.robot + "/safety",
+                        [safety = robot->safety_](const std::string& line) { return safety->reply(line); });
+  if (!service) return service.error();
+  robot->safety_service_ = std::move(*service);
   for (const ServerEntry& entry : file.servers) {
     if (Status added = robot->add_server(node, entry); !added) return added.error();
   }
@@ -59,15 +72,30 @@ Result<std::unique_ptr<Robot>> Robot::create(Node& node, const RobotFile& file, 
   return robot;
 }
 
+IControlBoard* Robot::board(const std::string& name) const {
+  for (const Device& device : devices_) {
+    if (device.name == name) return device.limited.get();
+  }
+  return nullptr;
+}
+
 Status Robot::add_device(Node& node, const DeviceEntry& entry, DeviceContext& context) {
   Result<MadeDevice> made = make_device(entry.kind, entry.parameters, context);
   if (!made)
     return Error{made.error().code, fmt::format("device '{}': {}", entry.name, made.error().message)};
   if (made->steppable != nullptr) steppables_.push_back(made->steppable);
+  if (made->commander != nullptr) commanders_.push_back(made->commander);
   Device device{entry.name, std::move(made->device), nullptr};
   if (auto* board = std::get_if<std::unique_ptr<IControlBoard>>(&device.device)) {
     LimitOptions options;
     options.part = entry.name;
+    options.safety = safety_;
+    if (speed_ < 1) {
+      Result<std::vector<JointLimits>> slower = (*board)->limits();
+      if (!slower) return slower.error();
+      for (JointLimits& joint : *slower) joint.max_velocity_rad_s *= speed_;
+      options.narrower = std::move(*slower);
+    }
     options.report = [&node](const std::string& sentence) { node.log_debug(sentence); };
     Result<std::unique_ptr<LimitedControlBoard>> limited =
         LimitedControlBoard::create(**board, clock_, std::move(options));
@@ -100,6 +128,10 @@ Status Robot::add_server(Node& node, const ServerEntry& entry) {
                  [&](std::unique_ptr<IAudioGrabberSound>& audio) -> Opened {
                    return serve_audio(node, port, *audio, period_ns, entry.frame);
                  },
+                 [&](std::unique_ptr<ICartesianControl>& hand) -> Opened {
+                   return serve_cartesian(node, port, *hand);
+                 },
+                 [&](std::unique_ptr<IGazeControl>& gaze) -> Opened { return serve_gaze(node, port, *gaze); },
                  [&](std::unique_ptr<IWorld>& world) -> Opened { return serve_world(node, port, *world); },
                  [&](std::unique_ptr<IForceTorque>& sensor) -> Opened {
                    return serve_force_torque(node, port, *sensor, period_ns, entry.frame);
@@ -146,6 +178,10 @@ Status Robot::publish() {
 Status Robot::step_to(std::int64_t now_ns) {
   for (const std::unique_ptr<IServer>& server : servers_) {
     if (Status taken = server->take_commands(); !taken) return taken;
+  }
+  safety_->step_to(now_ns);
+  for (ISteppable* commander : commanders_) {
+    if (Status commanded = commander->step_to(now_ns); !commanded) return commanded;
   }
   for (const Device& device : devices_) {
     if (!device.limited) continue;

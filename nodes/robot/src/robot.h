@@ -44,6 +44,8 @@ class Robot {
   Status add_device(Node& node, const DeviceEntry& entry, DeviceContext& context);
   Status add_server(Node& node, const ServerEntry& entry);
 
+  [[nodiscard]] IControlBoard* board(const std::string& name) const;
+
   struct Device {
     std::string name;
     AnyDevice device;
@@ -56,9 +58,13 @@ class Robot {
   bool is_following_ = false;
   bool is_silent_ = false;   // nothing comes from the far side
   std::int64_t far_ns_ = 0;  // newest time of the far side
+  std::shared_ptr<Safety> safety_;
+  double speed_ = 1;  // of the top speeds
   std::vector<Device> devices_;
   std::vector<ISteppable*> steppables_;
+  std::vector<ISteppable*> commanders_;  // they command boards
   std::vector<std::unique_ptr<IServer>> servers_;
+  std::unique_ptr<Node::Service> safety_service_;
 };
 
 }  // namespace nido

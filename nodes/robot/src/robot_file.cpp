@@ -70,6 +70,29 @@ const Schema& body_schema() {
   return schema;
 }
 
+const Schema& safety_schema() {
+  static const Schema schema{
+      "safety",
+      "",
+      {{.key = "read_only",
+        .kind = ValueKind::kFlag,
+        .fallback = "false",
+        .meaning = "every command is refused"},
+       {.key = "speed",
+        .kind = ValueKind::kNumber,
+        .fallback = "1",
+        .meaning = "share of the joints' top speeds that is allowed",
+        .min = 0.01,
+        .max = 1},
+       {.key = "heartbeat_s",
+        .kind = ValueKind::kNumber,
+        .fallback = "0",
+        .meaning = "time without 'beat' on the port safety that stops the robot; 0: none",
+        .min = 0,
+        .max = 60}}};
+  return schema;
+}
+
 const Schema& robot_schema() {
   static const Schema schema{"robot file",
                              "",
@@ -92,6 +115,11 @@ const Schema& robot_schema() {
                                .kind = ValueKind::kMap,
                                .meaning = "poses of all links on /tf; without it there is no /tf",
                                .inner = &body_schema()},
+                              {.key = "safety",
+                               .kind = ValueKind::kMap,
+                               .fallback = "{}",
+                               .meaning = "what is held above all commands",
+                               .inner = &safety_schema()},
                               {.key = "devices",
                                .kind = ValueKind::kList,
                                .required = true,
@@ -127,6 +155,9 @@ Result<RobotFile> load_robot_file(const std::filesystem::path& path) {
   if (const YAML::Node body = (*checked)["body"]) {
     file.body = {body["urdf"].as<std::string>(), body["rate_hz"].as<double>()};
   }
+  const YAML::Node safety = (*checked)["safety"];
+  file.safety = {safety["read_only"].as<bool>(), safety["speed"].as<double>(),
+                 safety["heartbeat_s"].as<double>()};
   std::set<std::string> names;
   for (std::size_t i = 0; i < (*checked)["devices"].size(); ++i) {
     const YAML::Node entry = (*checked)["devices"][i];

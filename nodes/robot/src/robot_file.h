@@ -33,6 +33,13 @@ struct BodyEntry {
   double rate_hz = 10;
 };
 
+// What is held above everything else that a robot is told.
+struct SafetyEntry {
+  bool read_only = false;
+  double speed = 1;        // of the joints' top speeds, 0..1
+  double heartbeat_s = 0;  // 0: none is wanted
+};
+
 // A robot file, checked, with every default filled in.
 struct RobotFile {
   std::filesystem::path path;
@@ -41,6 +48,7 @@ struct RobotFile {
   double period_s = 0.01;       // control period
   YAML::Node simulation;        // parameters of the simulator; empty map unless a device needs one
   BodyEntry body;
+  SafetyEntry safety;
   std::vector<DeviceEntry> devices;
   std::vector<ServerEntry> servers;
 };

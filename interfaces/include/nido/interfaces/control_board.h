@@ -1,6 +1,7 @@
 #pragma once
 
 #include "nido/interfaces/motor_control.h"
+#include "nido/interfaces/motors.h"
 
 namespace nido {
 
@@ -14,6 +15,7 @@ class IControlBoard : public IAxisInfo,
                       public IPositionDirect,
                       public IVelocityControl,
                       public ITorqueControl,
-                      public IPwmControl {};
+                      public IPwmControl,
+                      public IMotors {};
 
 }  // namespace nido

@@ -42,6 +42,9 @@ struct JointState {
   double torque_Nm = 0;  // what the motor exerted about the hinge, mean over the last control period
   double target = 0;     // last accepted target of its mode: rad, rad/s, N m or duty cycle
   double reference_speed_rad_s = 0;  // of position mode
+  double reference_rad = 0;          // where the servo wants it now; where it is when no servo drives it
+  double servo_gain_1_s = 0;         // speed that the servo asks for, by error
+  double home_rad = 0;               // of the posture that a reset brings
   JointMode mode = JointMode::kPosition;
   bool motion_done = true;  // position mode: the trajectory has ended and the joint is within 1 degree of it
 };

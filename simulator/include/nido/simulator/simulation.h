@@ -138,6 +138,9 @@ class Simulation {
   // Reference speed of position mode; clamped to the joint's velocity limit, refused when not finite or not
   // above zero.
   Status set_reference_speed(int part, int joint, double speed_rad_s);
+  // Speed that a joint's servo asks for by error; 1 to 100, until the next reset. Joints that share hinges
+  // share the mean.
+  Status set_servo_gain(int part, int joint, double gain_1_s);
   // Ends the motion where the joint is now (position mode with the present position as target).
   Status stop(int part, int joint);
   // Puts joints to a position at once, at rest: for tests and to start trials. Refused beyond limits.

@@ -37,6 +37,24 @@ class SimulatedControlBoard final : public IControlBoard {
   Status set_velocities(std::span<const int> joints, std::span<const double> velocity_rad_s) override;
   Status set_torques(std::span<const int> joints, std::span<const double> torque_Nm) override;
   Status set_duty_cycles(std::span<const int> joints, std::span<const double> duty_cycle) override;
+  // Motors turn as their joints do, and measure neither current nor temperature; their duty cycle is the
+  // torque by the greatest one. Of the loops there is the one of position: its kp can be set, 1..100 1/s. The
+  // joints are stiff.
+  [[nodiscard]] Result<MotorReading> read_motors() const override;
+  [[nodiscard]] Result<std::vector<bool>> amplifiers_on() const override;
+  [[nodiscard]] Result<std::vector<Pid>> pids(PidLoop loop) const override;
+  Status set_pids(PidLoop loop, std::span<const int> joints, std::span<const Pid> pids) override;
+  [[nodiscard]] Result<PidReading> read_pids(PidLoop loop) const override;
+  [[nodiscard]] Result<std::vector<InteractionMode>> interaction_modes() const override;
+  Status set_interaction_mode(std::span<const int> joints, InteractionMode mode) override;
+  [[nodiscard]] Result<std::vector<Impedance>> impedances() const override;
+  Status set_impedances(std::span<const int> joints, std::span<const Impedance> impedances) override;
+  Status calibrate(std::span<const int> joints) override;
+  [[nodiscard]] Result<std::vector<bool>> calibrated() const override;
+  Status home(std::span<const int> joints) override;
+  [[nodiscard]] Result<std::vector<std::string>> variable_names() const override;
+  [[nodiscard]] Result<std::string> variable(const std::string& name) const override;
+  Status set_variable(const std::string& name, const std::string& value) override;
 
  private:
   SimulatedControlBoard(std::shared_ptr<SimulatedRobot> robot, int part);

@@ -1,0 +1,44 @@
+#pragma once
+
+#include "nido/interfaces/control_board.h"
+
+namespace nido {
+
+// A board around a board: hands on what it does not change itself.
+class LayeredBoard : public IControlBoard {
+ public:
+  [[nodiscard]] Result<MotorReading> read_motors() const override { return inner().read_motors(); }
+  [[nodiscard]] Result<std::vector<bool>> amplifiers_on() const override { return inner().amplifiers_on(); }
+  [[nodiscard]] Result<std::vector<Pid>> pids(PidLoop loop) const override { return inner().pids(loop); }
+  Status set_pids(PidLoop loop, std::span<const int> joints, std::span<const Pid> pids) override {
+    return inner().set_pids(loop, joints, pids);
+  }
+  [[nodiscard]] Result<PidReading> read_pids(PidLoop loop) const override { return inner().read_pids(loop); }
+  [[nodiscard]] Result<std::vector<InteractionMode>> interaction_modes() const override {
+    return inner().interaction_modes();
+  }
+  Status set_interaction_mode(std::span<const int> joints, InteractionMode mode) override {
+    return inner().set_interaction_mode(joints, mode);
+  }
+  [[nodiscard]] Result<std::vector<Impedance>> impedances() const override { return inner().impedances(); }
+  Status set_impedances(std::span<const int> joints, std::span<const Impedance> impedances) override {
+    return inner().set_impedances(joints, impedances);
+  }
+  Status calibrate(std::span<const int> joints) override { return inner().calibrate(joints); }
+  [[nodiscard]] Result<std::vector<bool>> calibrated() const override { return inner().calibrated(); }
+  Status home(std::span<const int> joints) override { return inner().home(joints); }
+  [[nodiscard]] Result<std::vector<std::string>> variable_names() const override {
+    return inner().variable_names();
+  }
+  [[nodiscard]] Result<std::string> variable(const std::string& name) const override {
+    return inner().variable(name);
+  }
+  Status set_variable(const std::string& name, const std::string& value) override {
+    return inner().set_variable(name, value);
+  }
+
+ protected:
+  [[nodiscard]] virtual IControlBoard& inner() const = 0;
+};
+
+}  // namespace nido

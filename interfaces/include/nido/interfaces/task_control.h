@@ -1,0 +1,73 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <vector>
+
+#include "nido/interfaces/result.h"
+
+namespace nido {
+
+// Control in the space of the task: a pose of the hand, a point to look at. Root frame of the robot (x
+// backward, y to the robot's right, z up), m. All functions are thread-safe and wait for no motion. They move
+// the joints of their chain in mode direct; whoever else commands these joints meanwhile fights with them.
+
+// Where the hand shall go.
+struct CartesianGoal {
+  // Palm frame: x towards the fingers, y away from the thumb, z out of the palm (right hand).
+  Eigen::Isometry3d X_RootPalm = Eigen::Isometry3d::Identity();
+  bool with_orientation = true;  // false: the position alone counts
+  double duration_s = 0;         // 0: as long as the joints need at half their top speed
+};
+
+// What it would take.
+struct CartesianPlan {
+  std::vector<double> joints_rad;  // in the order of the chain: torso (if it has one), arm
+  double position_error_m = 0;     // what is left when they are there
+  double turn_error_rad = 0;
+};
+
+struct CartesianState {
+  std::int64_t stamp_ns = 0;                                     // of the encoders
+  Eigen::Isometry3d X_RootPalm = Eigen::Isometry3d::Identity();  // by the encoders
+  bool moving = false;
+  double position_error_m = 0;  // from the goal that was asked for last; 0 before the first
+  double turn_error_rad = 0;
+};
+
+class ICartesianControl {
+ public:
+  virtual ~ICartesianControl() = default;
+  [[nodiscard]] virtual Result<CartesianState> state() const = 0;
+  // The posture that a motion would end in, with nothing moved. Out of reach it is the nearest one. Takes
+  // well under a millisecond. kInvalidArgument for what is not finite or no turn.
+  [[nodiscard]] virtual Result<CartesianPlan> plan(const CartesianGoal& goal) const = 0;
+  // Starts a motion: minimum-jerk along the straight line, the turn with it, within the limits of the joints.
+  // Replaces a motion under way. kFailed, with how near the best posture comes, when the goal is more than
+  // 2 mm or 1 degree out of reach; nothing moves then.
+  virtual Status go_to(const CartesianGoal& goal) = 0;
+  // The joints stay where they are.
+  virtual Status stop() = 0;
+};
+
+struct GazeState {
+  std::int64_t stamp_ns = 0;                                   // of the encoders
+  Eigen::Vector3d p_RootFixation_m = Eigen::Vector3d::Zero();  // where the lines of sight meet; far: 10 m
+  bool moving = false;
+  double error_px = 0;  // of the point asked for, from the image centre, in the worse eye; 0 before the first
+};
+
+class IGazeControl {
+ public:
+  virtual ~IGazeControl() = default;
+  [[nodiscard]] virtual Result<GazeState> state() const = 0;
+  // Turns neck and eyes until both eyes see the point in the middle of their pictures, and keeps it there
+  // while the torso moves. kFailed when neck and eyes cannot turn so far, with how far they can.
+  virtual Status look_at(const Eigen::Vector3d& p_Root_m) = 0;
+  // Looks at what is seen at a pixel now, at a distance along its line of sight; eye 0 left, 1 right.
+  virtual Status look_at_pixel(int eye, const Eigen::Vector2d& px, double distance_m) = 0;
+  // Head and eyes stay where they are.
+  virtual Status stop() = 0;
+};
+
+}  // namespace nido

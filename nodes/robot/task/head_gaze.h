@@ -1,0 +1,66 @@
+#pragma once
+
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <utility>
+
+#include "nido/interfaces/clock.h"
+#include "nido/interfaces/control_board.h"
+#include "nido/interfaces/device.h"
+#include "nido/interfaces/task_control.h"
+#include "nido/kinematics/gaze_solver.h"
+
+namespace nido {
+
+// Neck and eyes in the space of the task, on any control boards. Step it once a control period, after
+// commands have been taken and before the boards' limits are applied. Thread-safe.
+class HeadGaze final : public IGazeControl, public ISteppable {
+ public:
+  // Boards and clock must outlive the device.
+  static Result<std::unique_ptr<HeadGaze>> create(RobotModel model, const PinholeCamera& camera,
+                                                  IControlBoard& head, IControlBoard& torso,
+                                                  const IClock& clock);
+
+  [[nodiscard]] Result<GazeState> state() const override;
+  Status look_at(const Eigen::Vector3d& p_Root_m) override;
+  Status look_at_pixel(int eye, const Eigen::Vector2d& px, double distance_m) override;
+  Status stop() override;
+  Status step_to(std::int64_t now_ns) override;
+
+ private:
+  struct Posture {
+    HeadAngles head_rad;
+    TorsoAngles torso_rad;
+    std::int64_t stamp_ns = 0;
+  };
+  struct Motion {
+    Eigen::Vector3d p_Root_m = Eigen::Vector3d::Zero();
+    HeadAngles start_rad;
+    HeadAngles end_rad;
+    HeadAngles sent_rad;
+    std::int64_t begin_ns = 0;
+    double duration_s = 0;
+    bool moving = true;
+  };
+  HeadGaze(std::unique_ptr<RobotModel> model, const PinholeCamera& camera, GazeSolver solver,
+           IControlBoard& head, IControlBoard& torso, const IClock& clock)
+      : model_(std::move(model)),
+        camera_(camera),
+        solver_(solver),
+        head_(head),
+        torso_(torso),
+        clock_(clock) {}
+  [[nodiscard]] Result<Posture> read() const;
+
+  const std::unique_ptr<RobotModel> model_;  // what the solver looks at
+  const PinholeCamera camera_;
+  const GazeSolver solver_;
+  IControlBoard& head_;
+  IControlBoard& torso_;
+  const IClock& clock_;
+  mutable std::mutex mutex_;
+  std::optional<Motion> motion_;  // also while the point is only kept in sight
+};
+
+}  // namespace nido

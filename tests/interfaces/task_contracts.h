@@ -1,0 +1,155 @@
+#pragma once
+
+// The contracts of control in the space of the task, run unchanged on every family of boards and through the
+// network. Include it in one file of a test program.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <memory>
+
+#include "nido/interfaces/task_control.h"
+
+namespace nido::test {
+
+// A hand and a gaze of one robot, and the means to let its time pass.
+class TaskRig {
+ public:
+  virtual ~TaskRig() = default;
+  virtual ICartesianControl& hand() = 0;
+  virtual IGazeControl& gaze() = 0;
+  // Lets 10 ms of the robot's time pass.
+  virtual void advance() = 0;
+  // How near bodies with mass come to what is asked for.
+  virtual double tolerance_m() { return 0.002; }
+  virtual double tolerance_px() { return 3; }
+};
+using TaskRigFactory = std::function<std::unique_ptr<TaskRig>()>;
+
+class TaskContract : public testing::TestWithParam<TaskRigFactory> {
+ protected:
+  void SetUp() override { rig_ = GetParam()(); }
+  template <class Condition>
+  bool eventually(double within_s, Condition condition) {
+    for (int period = 0; period < static_cast<int>(within_s * 100); ++period) {
+      if (condition()) return true;
+      rig_->advance();
+    }
+    return condition();
+  }
+  CartesianState hand() { return *rig_->hand().state(); }
+  GazeState gaze() { return *rig_->gaze().state(); }
+  // moved by so much from where the hand is
+  CartesianGoal goal(const Eigen::Vector3d& by_m) {
+    CartesianGoal goal;
+    goal.X_RootPalm = hand().X_RootPalm;
+    goal.X_RootPalm.translation() += by_m;
+    return goal;
+  }
+  std::unique_ptr<TaskRig> rig_;
+};
+
+TEST_P(TaskContract, TheHandGoesToAPose) {
+  CartesianGoal there = goal({-0.06, -0.03, 0.08});
+  there.X_RootPalm.rotate(Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitX()));
+  ASSERT_TRUE(rig_->hand().go_to(there).ok()) << rig_->hand().go_to(there).error().message;
+  EXPECT_TRUE(eventually(0.5, [&] { return hand().moving; }));
+  EXPECT_TRUE(eventually(8.0, [&] { return !hand().moving; }));
+  EXPECT_TRUE(eventually(2.0, [&] { return hand().position_error_m < rig_->tolerance_m(); }))
+      << hand().position_error_m;
+  EXPECT_LT(hand().turn_error_rad, 0.0175 * rig_->tolerance_m() / 0.002);
+}
+
+TEST_P(TaskContract, TheWayIsStraight) {
+  const CartesianGoal there = goal({-0.05, 0.0, 0.08});
+  const Eigen::Vector3d from_m = hand().X_RootPalm.translation();
+  const Eigen::Vector3d way_m = there.X_RootPalm.translation() - from_m;
+  ASSERT_TRUE(rig_->hand().go_to(there).ok());
+  double worst_m = 0;
+  eventually(8.0, [&] {
+    const Eigen::Vector3d gone_m = hand().X_RootPalm.translation() - from_m;
+    worst_m = std::max(worst_m, gone_m.cross(way_m.normalized()).norm());
+    return !hand().moving;
+  });
+  EXPECT_LT(worst_m, 0.01);
+}
+
+TEST_P(TaskContract, ADurationIsKept) {
+  CartesianGoal there = goal({0.0, 0.0, 0.05});
+  there.duration_s = 2.0;
+  ASSERT_TRUE(rig_->hand().go_to(there).ok());
+  EXPECT_FALSE(eventually(1.5, [&] { return hand().position_error_m < 0.002; }));
+  EXPECT_TRUE(eventually(2.0, [&] { return !hand().moving; }));
+}
+
+TEST_P(TaskContract, APlanMovesNothingAndComesTrue) {
+  const Eigen::Vector3d before_m = hand().X_RootPalm.translation();
+  const CartesianGoal there = goal({-0.04, 0.0, 0.06});
+  const Result<CartesianPlan> plan = rig_->hand().plan(there);
+  ASSERT_TRUE(plan.ok()) << plan.error().message;
+  EXPECT_GE(plan->joints_rad.size(), 7U);
+  EXPECT_LT(plan->position_error_m, 0.002);
+  EXPECT_LT(plan->turn_error_rad, 0.0175);
+  eventually(0.2, [] { return false; });
+  EXPECT_LT((hand().X_RootPalm.translation() - before_m).norm(), 0.003);
+}
+
+TEST_P(TaskContract, WhatIsOutOfReachIsRefusedAndNothingMoves) {
+  const Eigen::Vector3d before_m = hand().X_RootPalm.translation();
+  EXPECT_FALSE(rig_->hand().go_to(goal({-3.0, 0.0, 0.0})).ok());
+  CartesianGoal nonsense = goal({0, 0, 0});
+  nonsense.X_RootPalm.translation().x() = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_FALSE(rig_->hand().go_to(nonsense).ok());
+  EXPECT_FALSE(rig_->hand().plan(nonsense).ok());
+  eventually(0.2, [] { return false; });
+  EXPECT_FALSE(hand().moving);
+  EXPECT_LT((hand().X_RootPalm.translation() - before_m).norm(), 0.003);
+}
+
+TEST_P(TaskContract, TheHandStopsOnItsWay) {
+  const CartesianGoal there = goal({-0.05, 0.0, 0.12});
+  ASSERT_TRUE(rig_->hand().go_to(there).ok());
+  ASSERT_TRUE(eventually(5.0, [&] { return hand().position_error_m < 0.08; }));
+  ASSERT_TRUE(rig_->hand().stop().ok());
+  EXPECT_TRUE(eventually(0.5, [&] { return !hand().moving; }));
+  eventually(0.3, [] { return false; });
+  const Eigen::Vector3d stopped_m = hand().X_RootPalm.translation();
+  eventually(0.5, [] { return false; });
+  EXPECT_LT((hand().X_RootPalm.translation() - stopped_m).norm(), 0.003);
+  EXPECT_GT(hand().position_error_m, 0.01);
+}
+
+TEST_P(TaskContract, BothEyesLookAtAPoint) {
+  for (const Eigen::Vector3d& p_Root_m :
+       {Eigen::Vector3d(-0.5, 0.15, 0.1), Eigen::Vector3d(-0.35, -0.2, 0.0)}) {
+    ASSERT_TRUE(rig_->gaze().look_at(p_Root_m).ok());
+    EXPECT_TRUE(eventually(5.0, [&] {
+      const GazeState now = gaze();
+      return !now.moving && now.error_px < rig_->tolerance_px();
+    })) << gaze().error_px;
+    EXPECT_LT((gaze().p_RootFixation_m - p_Root_m).norm(), 0.03 * rig_->tolerance_px());
+  }
+  ASSERT_TRUE(rig_->gaze().stop().ok());
+}
+
+TEST_P(TaskContract, APixelIsLookedAt) {
+  ASSERT_TRUE(rig_->gaze().look_at({-0.5, 0.0, 0.1}).ok());
+  ASSERT_TRUE(eventually(5.0, [&] { return !gaze().moving; }));
+  const double height_m = gaze().p_RootFixation_m.z();
+  ASSERT_TRUE(rig_->gaze().look_at_pixel(0, {160, 40}, 0.6).ok());
+  ASSERT_TRUE(eventually(0.5, [&] { return gaze().moving; }));
+  ASSERT_TRUE(eventually(5.0, [&] { return !gaze().moving; }));
+  EXPECT_GT(gaze().p_RootFixation_m.z(), height_m + 0.05) << "a pixel further up is higher";
+}
+
+TEST_P(TaskContract, WhatCannotBeLookedAtIsRefused) {
+  EXPECT_FALSE(rig_->gaze().look_at({2.0, 0.0, 0.3}).ok()) << "behind the head";
+  EXPECT_FALSE(rig_->gaze().look_at({-0.4, std::numeric_limits<double>::infinity(), 0.3}).ok());
+  EXPECT_FALSE(rig_->gaze().look_at_pixel(2, {10, 10}, 0.5).ok());
+  EXPECT_FALSE(rig_->gaze().look_at_pixel(0, {-10, 10}, 0.5).ok());
+  EXPECT_FALSE(rig_->gaze().look_at_pixel(0, {10, 10}, 0.0).ok());
+}
+
+}  // namespace nido::test
