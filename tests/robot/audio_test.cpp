@@ -11,7 +11,9 @@
 
 #include "audio/clip.h"
 #include "audio/clip_audio.h"
+#include "audio/room_speaker.h"
 #include "nido/interfaces/clock.h"
+#include "sensor_contracts.h"
 
 namespace nido::test {
 namespace {
@@ -100,6 +102,64 @@ class SoundFile : public testing::Test {
   void TearDown() override { std::filesystem::remove_all(folder_); }
   std::filesystem::path folder_;
 };
+
+class RoomSpeakerRig final : public SpeakerRig {
+ public:
+  IAudioRender& speaker() override { return speaker_; }
+  void advance() override { clock_.advance_ns(10 * kMillisecond_ns); }
+  double waiting_s() override { return speaker_.waiting_s(); }
+
+ private:
+  ManualClock clock_;
+  RoomSpeaker speaker_{"", 16000, clock_};
+};
+INSTANTIATE_TEST_SUITE_P(Room, SpeakerContract,
+                         testing::Values([] { return std::make_unique<RoomSpeakerRig>(); }));
+
+TEST_F(SoundFile, TheSpeakersFileHasEverySoundAtItsTime) {
+  const std::filesystem::path path = folder_ / "said.wav";
+  ManualClock clock;
+  {
+    RoomSpeaker speaker(path, 16000, clock);
+    ASSERT_TRUE(speaker.start().ok());
+    EXPECT_FALSE(std::filesystem::exists(path)) << "nothing was said yet";
+    clock.advance_ns(1000 * kMillisecond_ns);
+    const Sound sound{0, 16000, 1, std::vector<std::int16_t>(8000, 8192)};
+    ASSERT_TRUE(speaker.render(sound).ok());
+    ASSERT_TRUE(speaker.render({0, 8000, 2, std::vector<std::int16_t>(8000, 4096)}).ok());
+    clock.advance_ns(1750 * kMillisecond_ns);
+    ASSERT_TRUE(speaker.render(sound).ok());
+    clock.advance_ns(250 * kMillisecond_ns);
+    ASSERT_TRUE(speaker.stop().ok());  // in the middle of the last one
+  }
+  const Clip clip = *read_sound_file(path);
+  EXPECT_EQ(clip.sample_rate_hz, 16000);
+  ASSERT_EQ(clip.samples.size(), 48000U);
+  for (const auto& [index, value] : {std::pair{8000, 0.0},
+                                     {16100, 0.25},
+                                     {23900, 0.25},
+                                     {28000, 0.125},
+                                     {40000, 0.0},
+                                     {44100, 0.25},
+                                     {47999, 0.25}}) {
+    EXPECT_NEAR(clip.samples[static_cast<std::size_t>(index)], value, 0.005) << index;
+  }
+}
+
+TEST_F(SoundFile, ASpeakerThatCannotWriteSaysSoAndOneWithTooMuchToSayRefuses) {
+  ManualClock clock;
+  RoomSpeaker lost(folder_ / "none" / "said.wav", 16000, clock);
+  ASSERT_TRUE(lost.start().ok());
+  const Sound ten_seconds{0, 16000, 1, std::vector<std::int16_t>(160000, 1)};
+  const Status failed = lost.render(ten_seconds);
+  ASSERT_FALSE(failed.ok());
+  EXPECT_NE(failed.error().message.find("said.wav"), std::string::npos);
+  RoomSpeaker speaker("", 16000, clock);
+  ASSERT_TRUE(speaker.start().ok());
+  for (int i = 0; i < 3; ++i) ASSERT_TRUE(speaker.render(ten_seconds).ok());
+  EXPECT_FALSE(speaker.render(ten_seconds).ok());
+  EXPECT_NEAR(speaker.waiting_s(), 30.0, 1e-9);
+}
 
 TEST_F(SoundFile, ChannelsAreAveraged) {
   const std::filesystem::path path = folder_ / "stereo.wav";

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <thread>
 
+#include "audio/room_speaker.h"
 #include "control_board_contract.h"
 #include "fake/fake_sensors.h"
 #include "nido/middleware/node.h"
@@ -163,6 +164,53 @@ INSTANTIATE_TEST_SUITE_P(FakeOverDds, CameraContract,
                          testing::Values([] { return std::make_unique<RemoteFakeCameraRig>(); }));
 INSTANTIATE_TEST_SUITE_P(SimulatedOverDds, CameraContract,
                          testing::Values([] { return std::make_unique<RemoteSimulatedCameraRig>(); }));
+
+// Counts what a speaker took.
+class CountedSpeaker final : public IAudioRender {
+ public:
+  explicit CountedSpeaker(IAudioRender& inner) : inner_(inner) {}
+  Status start() override { return inner_.start(); }
+  Status stop() override { return inner_.stop(); }
+  Status render(const Sound& sound) override {
+    const Status rendered = inner_.render(sound);
+    if (rendered.ok()) ++taken_;
+    return rendered;
+  }
+  [[nodiscard]] int taken() const { return taken_; }
+
+ private:
+  IAudioRender& inner_;
+  int taken_ = 0;
+};
+
+class RemoteSpeakerRig final : public SpeakerRig {
+ public:
+  RemoteSpeakerRig() {
+    server_ = required(serve_speaker(link_.server(), link_.remote("speaker"), far_));
+    client_ = required(speaker_client(link_.client(), link_.options("speaker")));
+    near_ = std::make_unique<CountedSpeaker>(*client_);
+  }
+  IAudioRender& speaker() override { return *near_; }
+  void advance() override {
+    Link::wait_until([this] {
+      if (!server_->publish(clock_.now_ns())) throw std::runtime_error("the server failed");
+      return far_.taken() == near_->taken();
+    });
+    clock_.advance_ns(kPeriod_ns);
+  }
+  double waiting_s() override { return device_.waiting_s(); }
+
+ private:
+  ManualClock clock_;
+  RoomSpeaker device_{"", 16000, clock_};
+  CountedSpeaker far_{device_};
+  Link link_;
+  std::unique_ptr<IServer> server_;
+  std::unique_ptr<IAudioRender> client_;
+  std::unique_ptr<CountedSpeaker> near_;
+};
+INSTANTIATE_TEST_SUITE_P(RoomOverDds, SpeakerContract,
+                         testing::Values([] { return std::make_unique<RemoteSpeakerRig>(); }));
 
 class RemoteTouchRig final : public TouchRig {
  public:

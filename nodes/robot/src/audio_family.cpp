@@ -3,6 +3,7 @@
 #include "audio/clip.h"
 #include "audio/clip_audio.h"
 #include "audio/microphone.h"
+#include "audio/room_speaker.h"
 #include "nido/speech/phrases.h"
 #include "src/device_registry.h"
 
@@ -56,6 +57,11 @@ Result<MadeDevice> make_ears(const YAML::Node& parameters, DeviceContext& contex
       std::unique_ptr<IAudioGrabberSound>(std::make_unique<ClipAudio>(*clip, options, context.clock))};
 }
 
+Result<MadeDevice> make_speaker(const YAML::Node& parameters, DeviceContext& context) {
+  return MadeDevice{std::unique_ptr<IAudioRender>(std::make_unique<RoomSpeaker>(
+      context.run.said, parameters["sample_rate_hz"].as<int>(), context.clock))};
+}
+
 }  // namespace
 
 std::vector<DeviceKind> audio_family() {
@@ -74,7 +80,17 @@ std::vector<DeviceKind> audio_family() {
               .meaning = "noise of the room, rms below full scale, dB; not for a real microphone",
               .min = -120,
               .max = 0}}},
-           &make_ears}};
+           &make_ears},
+          {"audio/speaker",
+           {"device audio/speaker",
+            "",
+            {{.key = "sample_rate_hz",
+              .kind = ValueKind::kInteger,
+              .fallback = "16000",
+              .meaning = "samples a second of the sound file",
+              .min = 8000,
+              .max = 48000}}},
+           &make_speaker}};
 }
 
 }  // namespace nido

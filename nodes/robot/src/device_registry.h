@@ -45,6 +45,7 @@ struct RunSettings {
   std::string target;                // object that a random world must have; empty: the seed chooses
   std::uint64_t seed = 1;
   AudioSettings audio;
+  std::filesystem::path said;  // sound file for what the robot says; empty: none
 };
 
 // What devices are made with.
@@ -64,7 +65,7 @@ struct DeviceContext {
 using AnyDevice =
     std::variant<std::unique_ptr<IControlBoard>, std::unique_ptr<ICamera>, std::unique_ptr<ITouch>,
                  std::unique_ptr<IAudioGrabberSound>, std::unique_ptr<IWorld>, std::unique_ptr<IForceTorque>,
-                 std::unique_ptr<IInertial>,
+                 std::unique_ptr<IInertial>, std::unique_ptr<IAudioRender>,
                  std::unique_ptr<ICartesianControl>, std::unique_ptr<IGazeControl>>;
 
 struct MadeDevice {

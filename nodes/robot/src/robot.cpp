@@ -128,6 +128,9 @@ Status Robot::add_server(Node& node, const ServerEntry& entry) {
                  [&](std::unique_ptr<IAudioGrabberSound>& audio) -> Opened {
                    return serve_audio(node, port, *audio, period_ns, entry.frame);
                  },
+                 [&](std::unique_ptr<IAudioRender>& speaker) -> Opened {
+                   return serve_speaker(node, port, *speaker);
+                 },
                  [&](std::unique_ptr<ICartesianControl>& hand) -> Opened {
                    return serve_cartesian(node, port, *hand);
                  },

@@ -33,6 +33,9 @@ const Schema& settings_schema() {
       {{.key = "robot_file", .required = true, .meaning = "robot file: a name in config/robots, or a path"},
        {.key = "world_file", .fallback = "''", .meaning = "world file: a name in config/worlds, or a path"},
        {.key = "target", .fallback = "''", .meaning = "object that a random world must have"},
+       {.key = "said",
+        .fallback = "''",
+        .meaning = "sound file for what the robot says, made when it speaks"},
        {.key = "seed", .kind = ValueKind::kInteger, .meaning = "of random worlds and of noise", .min = 0},
        {.key = "rate",
         .kind = ValueKind::kNumberOrMax,
@@ -77,6 +80,7 @@ Result<RobotSettings> read_settings(const YAML::Node& parameters, std::uint64_t 
   settings.run.audio = {audio["source"].as<std::string>(), audio["file"].as<std::string>(),
                         audio["text"].as<std::string>(), audio["voice"].as<std::string>(),
                         audio["start_s"].as<double>()};
+  settings.run.said = values["said"].as<std::string>();
   // a random table has what the phrase that will be said speaks of
   const auto book = PhraseBook::load((places->config / "phrases.yaml").string());
   if (settings.run.target.empty() && audio["source"].as<std::string>() == "synthesis" && book) {

@@ -30,6 +30,8 @@ Result<std::unique_ptr<ICamera>> camera_client(Node& node, const ClientOptions& 
 Result<std::unique_ptr<ITouch>> touch_client(Node& node, const ClientOptions& options);
 // start() and stop() begin and end to keep what comes; the server goes on.
 Result<std::unique_ptr<IAudioGrabberSound>> audio_client(Node& node, const ClientOptions& options);
+// A sound that the far side refuses is in its log; what is refused here never leaves.
+Result<std::unique_ptr<IAudioRender>> speaker_client(Node& node, const ClientOptions& options);
 // `local` is not used.
 Result<std::unique_ptr<IWorld>> world_client(Node& node, const ClientOptions& options);
 

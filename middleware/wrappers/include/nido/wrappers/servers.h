@@ -47,6 +47,9 @@ Result<std::unique_ptr<IServer>> serve_touch(Node& node, const std::string& stem
 Result<std::unique_ptr<IServer>> serve_audio(Node& node, const std::string& stem, IAudioGrabberSound& audio,
                                              std::int64_t period_ns, const std::string& frame_id);
 
+// STEM:i Audio (profile event): what comes is played. Starts the device. What the device refuses is logged.
+Result<std::unique_ptr<IServer>> serve_speaker(Node& node, const std::string& stem, IAudioRender& speaker);
+
 // STEM:o WrenchStamped (profile state).
 Result<std::unique_ptr<IServer>> serve_force_torque(Node& node, const std::string& stem, IForceTorque& sensor,
                                                     std::int64_t period_ns, const std::string& frame_id);
