@@ -92,8 +92,8 @@ int receive(const std::vector<ImageWay>& ways, const std::string& who, int domai
 }  // namespace
 
 int image_main(int argc, char** argv) {
-  const std::vector<ImageWay> ways = {nido_image(), bare_ring_image(), plain_fast_dds_image(),
-                                      unix_socket_image()};
+  const std::vector<ImageWay> ways = {nido_image(), nido_image_copied(), bare_ring_image(),
+                                      plain_fast_dds_image(), unix_socket_image()};
   Options options;
   int count = 150;
   int burst = 300;

@@ -39,7 +39,8 @@ struct ImageWay {
       receive;
 };
 
-ImageWay nido_image();
+ImageWay nido_image();         // painted and read in place
+ImageWay nido_image_copied();  // by ports like any other
 ImageWay plain_fast_dds_image();
 ImageWay bare_ring_image();
 ImageWay unix_socket_image();

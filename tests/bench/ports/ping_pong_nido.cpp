@@ -1,10 +1,7 @@
 // Round trips through nido: two ports, or a service.
-#include <atomic>
-#include <thread>
-
 #include "child.h"
+#include "nido/middleware/direct_port.h"
 #include "nido/middleware/node.h"
-#include "nido/middleware/typed_port.h"
 #include "ping_pong.h"
 
 namespace nido::bench {
@@ -53,25 +50,19 @@ class PortAsker final : public PingPong {
   msgs::String message_;
 };
 
+// Answers where it is received.
 Status answer_port(int domain, const std::string& /*address*/) {
   auto node = make_node("rtt_answerer", domain);
   if (!node) return node.error();
   auto out = (*node)->open_output<msgs::String>("/rtt/pong:o", Profile::kEvent);
   if (!out) return out.error();
-  auto in = (*node)->open_input<msgs::String>("/rtt/ping:i", Profile::kEvent);
+  auto in = open_direct_input<msgs::String>(
+      **node, "/rtt/ping:i", Profile::kEvent,
+      [&out](const msgs::String& message, const Arrival&) { (void)(*out)->write(message); });
   if (!in) return in.error();
   if (auto status = (*in)->connect("/rtt/ping:o"); !status) return status;
-  std::atomic<bool> is_over{false};
-  std::thread worker([&] {
-    while (!is_over) {
-      if (!(*in)->wait_for_message(0.2)) continue;
-      while (const auto message = (*in)->take()) (void)(*out)->write(*message);
-    }
-  });
   while (hear_parent()) {
   }
-  is_over = true;
-  worker.join();
   return {};
 }
 
