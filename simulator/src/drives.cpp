@@ -15,6 +15,7 @@ constexpr double kIdleFriction = 0.01;  // share of the largest torque that a mo
 constexpr double kStandstill_rad_s = 1e-3;  // slower joints stand, as far as friction is concerned
 // A servo is no wall: it gives all its torque when the joint stands so far from where it should.
 constexpr double kServoGive_rad = 0.02;
+constexpr double kSlowest_rad_s = 1e-4;       // slower motions would take days, and their sums overflow
 constexpr double kDone_rad = 0.0174533;       // 1 degree
 constexpr double kPeakOfMinimumJerk = 1.875;  // highest by mean velocity
 
@@ -290,7 +291,8 @@ Status Drives::set_reference_speed(int part, int joint, double speed_rad_s) {
     return Error{ErrorCode::kInvalidArgument, "the reference speed of " + axis_info_[a].info.name +
                                                   " must be a number above zero (rad/s)"};
   }
-  axes_[a].measured.reference_speed_rad_s = std::min(speed_rad_s, axis_info_[a].info.max_velocity_rad_s);
+  axes_[a].measured.reference_speed_rad_s =
+      std::min(std::max(speed_rad_s, kSlowest_rad_s), axis_info_[a].info.max_velocity_rad_s);
   publish();
   return {};
 }
