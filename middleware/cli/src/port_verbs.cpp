@@ -5,6 +5,9 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
+#include <map>
+#include <sstream>
 
 #include "nido/middleware/port_name.h"
 #include "verbs.h"
@@ -45,7 +48,51 @@ Json json_of_counters(const ConnectionCounters& counters) {
   return {{"source", counters.source},
           {"live", counters.live},
           {"received", counters.received},
-          {"lost", counters.lost}};
+          {"lost", counters.lost},
+          {"bytes", counters.bytes}};
+}
+
+// How long the messages of a connection were on their way.
+struct Delays {
+  std::uint64_t late = 0;
+  std::vector<std::pair<std::uint64_t, std::uint64_t>> counts;  // less than so many us: so many messages
+  // Upper bound of the class that this part of the messages reaches, us.
+  [[nodiscard]] std::uint64_t quantile_us(double part) const {
+    std::uint64_t all = 0;
+    for (const auto& [below_us, count] : counts) all += count;
+    std::uint64_t sum = 0;
+    for (const auto& [below_us, count] : counts) {
+      sum += count;
+      if (static_cast<double>(sum) >= part * static_cast<double>(all)) return below_us;
+    }
+    return 0;
+  }
+};
+
+// By source, from the input's node; empty from one that does not tell.
+std::map<std::string, Delays> delays_of(const Session& session, const Common& common,
+                                        const Directory::Owner& owner) {
+  std::map<std::string, Delays> all;
+  if (owner.port.direction != "input" || owner.port.connections.empty()) return all;
+  const auto answer =
+      session.node->call("/" + owner.node.name + "/control", "delays " + owner.port.name, common.wait_s);
+  if (!answer || !answer->starts_with("[ok]")) return all;
+  std::istringstream lines(answer->substr(4));
+  std::string source;
+  std::string late;
+  std::string classes;
+  while (lines >> source >> late >> classes) {
+    Delays& delays = all[source];
+    if (!late.starts_with("late=") || !classes.starts_with("us=")) return {};
+    delays.late = std::strtoull(late.c_str() + 5, nullptr, 10);
+    std::istringstream list(classes.substr(3));
+    std::uint64_t below_us = 0;
+    std::uint64_t count = 0;
+    for (char mark = 0; list >> below_us >> mark >> count; list >> mark) {
+      delays.counts.emplace_back(below_us, count);
+    }
+  }
+  return all;
 }
 
 }  // namespace
@@ -106,7 +153,18 @@ int port_info(const Common& common, const std::string& name) {
   if (!owner) return fail(owner.error());
   const auto& port = owner->port;
   Json connections = Json::array();
-  for (const auto& counters : port.connections) connections.push_back(json_of_counters(counters));
+  const auto delays = delays_of(*session, common, *owner);
+  for (const auto& counters : port.connections) {
+    Json connection = json_of_counters(counters);
+    if (const auto found = delays.find(counters.source); found != delays.end()) {
+      connection["late"] = found->second.late;
+      connection["delay_us_below"] = Json::array();
+      for (const auto& [below_us, count] : found->second.counts) {
+        connection["delay_us_below"].push_back({{"us", below_us}, {"count", count}});
+      }
+    }
+    connections.push_back(connection);
+  }
   const Json info = {{"name", port.name},        {"direction", port.direction}, {"type", port.type},
                      {"profile", port.profile},  {"node", owner->node.name},    {"pid", owner->node.pid},
                      {"host", owner->node.host}, {"written", port.written},     {"connections", connections}};
@@ -125,6 +183,11 @@ int port_info(const Common& common, const std::string& name) {
                                                       : fmt::format(": {}received {}, lost {}",
                                                                     counters.live ? "" : "not there now; ",
                                                                     counters.received, counters.lost)));
+    const auto found = delays.find(counters.source);
+    if (found == delays.end() || found->second.counts.empty()) continue;
+    print_line(fmt::format("    {} bytes, late {}; on their way: half of them below {} us, 99 % below {} us",
+                           counters.bytes, found->second.late, found->second.quantile_us(0.5),
+                           found->second.quantile_us(0.99)));
   }
   if (port.connections.empty()) print_line("  not connected");
   return 0;
