@@ -8,7 +8,8 @@
 namespace nido::test {
 namespace {
 
-INSTANTIATE_TEST_SUITE_P(Fake, TaskContract, testing::Values([] { return std::make_unique<FakeTaskRig>(); }));
+INSTANTIATE_TEST_SUITE_P(FakeUnderLimits, TaskContract,
+                         testing::Values([] { return std::make_unique<FakeTaskRig>(); }));
 
 // The same devices, asked by text.
 class FakeByText final : public FakeTaskRig {
