@@ -13,7 +13,7 @@
 #include "audio/clip_audio.h"
 #include "audio/room_speaker.h"
 #include "nido/interfaces/clock.h"
-#include "sensor_contracts.h"
+#include "speaker_contract.h"
 
 namespace nido::test {
 namespace {

@@ -15,6 +15,7 @@
 #include "nido/wrappers/servers.h"
 #include "sensor_contracts.h"
 #include "simulated_rig.h"
+#include "speaker_contract.h"
 
 namespace nido::test {
 namespace {
