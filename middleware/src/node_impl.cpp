@@ -20,6 +20,8 @@ using Steady = std::chrono::steady_clock;
 // how long a process may be silent before the others forget it
 constexpr int kLease_s = 3;
 constexpr int kLockstepLease_s = 60;
+// for a call of a node that was asked to stop, and will be ended soon if it does not
+constexpr double kParting_s = 0.5;
 
 Quality last_one() {
   Quality quality;
@@ -249,7 +251,10 @@ Result<std::string> NodeImpl::call(const std::string& port_name, const std::stri
       client = clients_[port_name] = std::move(fresh).value();
     }
   }
-  return client->call(text, timeout_s, [this] { return is_stopped(); });
+  // a node that was asked to stop already may still say goodbye
+  const bool is_parting = is_stopped();
+  return client->call(text, is_parting ? std::min(timeout_s, kParting_s) : timeout_s,
+                      [&] { return !is_parting && is_stopped(); });
 }
 
 void NodeImpl::on_set_parameter(std::function<Status(const std::string&, const std::string&)> handler) {
@@ -530,7 +535,8 @@ std::string NodeImpl::control(const std::string& command) {
     return "[ok]";
   }
   return "[fail] '" + command +
-         "' is not understood; there are: connect OUT IN, disconnect OUT IN, set KEY VALUE, info, delays INPUT, stop";
+         "' is not understood; there are: connect OUT IN, disconnect OUT IN, set KEY VALUE, info, delays "
+         "INPUT, stop";
 }
 
 }  // namespace nido

@@ -15,7 +15,7 @@ struct EndpointUserData {
   std::string node;
   std::string port;
   std::string profile;
-  std::string dds_type;    // "std_msgs::msg::dds_::String_"
+  std::string dds_type;      // "std_msgs::msg::dds_::String_"
   std::string lane_place{};  // empty: there are no lanes to it
 };
 std::vector<unsigned char> pack_user_data(const EndpointUserData& data);

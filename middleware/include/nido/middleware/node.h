@@ -85,8 +85,8 @@ class Node {
   };
   virtual Result<std::unique_ptr<Service>> open_service(
       const std::string& port_name, std::function<std::string(const std::string&)> handler) = 0;
-  // Asks a text service and waits for its answer. kNotFound if no such port appears, kTimeout if it does not
-  // answer, both within timeout_s of wall time.
+  // Asks a text service: kNotFound without such a port, kTimeout without answer in timeout_s of wall time,
+  // kInterrupted when asked to stop meanwhile; a node that was asked before has half a second left.
   virtual Result<std::string> call(const std::string& port_name, const std::string& text,
                                    double timeout_s) = 0;
 
