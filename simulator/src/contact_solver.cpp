@@ -13,7 +13,7 @@ namespace {
 constexpr double kGravity_m_s2 = 9.81;
 
 // Hinges stop just beyond the limits that the drives keep.
-constexpr double kStopMargin_rad = 0.008;
+constexpr double kStopMargin_rad = 0.0025;
 constexpr double kStopErp = 0.4;
 constexpr double kStopGive = 1e-3;
 constexpr double kNearStop_rad = 0.05;

@@ -87,12 +87,16 @@ Result<Drives> Drives::create(const RobotBody& robot, const ControlBlock& block)
         const LinkDescription& link = robot.description().links[found->second];
         hinge.max_torque_Nm = link.max_torque_Nm;
         hinge.max_velocity_rad_s = std::max(link.max_velocity_rad_s, 0.0);
+        hinge.top_speed_rad_s += std::abs(share.multiplier) * axis.info.max_velocity_rad_s;
         if (link.max_torque_Nm < 0.9) own.gain_1_s = kFingerGain_1_s;
       }
       drives.axis_info_.push_back(own);
       info.joints.push_back(axis.info);
     }
     drives.parts_.push_back(std::move(info));
+  }
+  for (Hinge& hinge : drives.hinges_) {
+    hinge.top_speed_rad_s = std::min(hinge.top_speed_rad_s, hinge.max_velocity_rad_s);
   }
   for (std::size_t i = 1; i < robot.link_count(); ++i) {
     if (drives.hinges_[i].axes.empty()) {
@@ -432,6 +436,7 @@ void Drives::drive(double fraction, RobotBody& robot) {
   if (swings) robot.gravity_torques(gravity_Nm_);
   for (std::size_t i = 1; i < hinges_.size(); ++i) {
     const Hinge& hinge = hinges_[i];
+    if (!hinge.axes.empty()) robot.tree().set_top_speed(i, hinge.top_speed_rad_s);
     double reference = hinge.offset_rad;
     double feedforward = 0;
     double torque = 0;

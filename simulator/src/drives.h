@@ -92,6 +92,7 @@ class Drives {
     double offset_rad = 0;
     double gain_1_s = 0;
     double max_velocity_rad_s = 0;
+    double top_speed_rad_s = 0;  // when all its joints move at their limit of speed
     double max_torque_Nm = 0;
   };
 

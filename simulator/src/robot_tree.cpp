@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace nido::sim {
 namespace {
@@ -38,6 +39,7 @@ RobotTree::RobotTree(const RobotDescription& description) {
   angle_rad_.assign(count, 0);
   speed_rad_s_.assign(count, 0);
   torque_Nm_.assign(count, 0);
+  top_speed_rad_s_.assign(count, std::numeric_limits<double>::infinity());
   motor_.assign(count, {});
   at_torque_.assign(count, 0);
   beyond_.assign(count, {});
@@ -212,8 +214,10 @@ bool RobotTree::settle(std::size_t limb, bool last) {
 }
 
 void RobotTree::advance(std::size_t limb, double step_s) {
-  for (std::size_t i = limbs_[limb].first; i < limbs_[limb].second; ++i)
+  for (std::size_t i = limbs_[limb].first; i < limbs_[limb].second; ++i) {
+    speed_rad_s_[i] = std::clamp(speed_rad_s_[i], -top_speed_rad_s_[i], top_speed_rad_s_[i]);
     angle_rad_[i] += step_s * speed_rad_s_[i];
+  }
   update(limb);
 }
 

@@ -59,6 +59,8 @@ class RobotTree {
 
   // -- one step
   void set_motor(std::size_t link, const Motor& motor) { motor_[link] = motor; }
+  // The gear turns no faster, whatever flings the hinge. Any speed until this is said.
+  void set_top_speed(std::size_t link, double speed_rad_s) { top_speed_rad_s_[link] = speed_rad_s; }
   // Mass matrix and forces of the limb as it moves now.
   void begin(std::size_t limb, double step_s);
   // Factors and solves with the motors' present states; y() then is the motion without constraints. Called
@@ -131,7 +133,7 @@ class RobotTree {
   std::vector<Link> links_;
   std::vector<std::pair<std::size_t, std::size_t>> limbs_;
   std::size_t stride_ = 0;  // longest path
-  std::vector<double> angle_rad_, speed_rad_s_, torque_Nm_;
+  std::vector<double> angle_rad_, speed_rad_s_, torque_Nm_, top_speed_rad_s_;
   std::vector<Motor> motor_;
   std::vector<int> at_torque_;  // -1, 1: the motor gives all its torque that way; 0: it keeps its speed
   std::vector<Beyond> beyond_;

