@@ -11,12 +11,16 @@ namespace {
 // finger segments of a few grams would be moved by the least force.
 constexpr double kRotorInertia_kgm2 = 2e-5;
 constexpr double kLeastMass_kg = 0.02;
+// A third of half a degree: some joints are the sum of three hinges.
+constexpr double kGearPlay_rad = 0.0029;
 
 }  // namespace
 
 RobotTree::RobotTree(const RobotDescription& description) {
   const std::size_t count = description.links.size();
   links_.resize(count);
+  least_rad_.assign(count, 0);
+  most_rad_.assign(count, 0);
   for (std::size_t i = 1; i < count; ++i) {
     const LinkDescription& from = description.links[i];
     Link& link = links_[i];
@@ -31,6 +35,8 @@ RobotTree::RobotTree(const RobotDescription& description) {
     link.q_ParentLink = Eigen::Quaterniond(from.X_ParentLink.linear());
     link.p_ParentLink = from.X_ParentLink.translation();
     link.axis_Link = from.axis_Link;
+    least_rad_[i] = from.min_rad - kGearPlay_rad;
+    most_rad_[i] = from.max_rad + kGearPlay_rad;
     link.com_Link = from.mass.center_m;
     link.mass = std::max(from.mass.mass_kg, kLeastMass_kg);
     link.inertia_Com = from.mass.inertia_kgm2 * (link.mass / from.mass.mass_kg) +
@@ -217,6 +223,11 @@ void RobotTree::advance(std::size_t limb, double step_s) {
   for (std::size_t i = limbs_[limb].first; i < limbs_[limb].second; ++i) {
     speed_rad_s_[i] = std::clamp(speed_rad_s_[i], -top_speed_rad_s_[i], top_speed_rad_s_[i]);
     angle_rad_[i] += step_s * speed_rad_s_[i];
+    // the stops of the solver give way a little, those of the gear do not
+    if (angle_rad_[i] < least_rad_[i] || angle_rad_[i] > most_rad_[i]) {
+      angle_rad_[i] = std::clamp(angle_rad_[i], least_rad_[i], most_rad_[i]);
+      speed_rad_s_[i] = 0;
+    }
   }
   update(limb);
 }

@@ -134,6 +134,7 @@ class RobotTree {
   std::vector<std::pair<std::size_t, std::size_t>> limbs_;
   std::size_t stride_ = 0;  // longest path
   std::vector<double> angle_rad_, speed_rad_s_, torque_Nm_, top_speed_rad_s_;
+  std::vector<double> least_rad_, most_rad_;  // what no push gets a hinge beyond
   std::vector<Motor> motor_;
   std::vector<int> at_torque_;  // -1, 1: the motor gives all its torque that way; 0: it keeps its speed
   std::vector<Beyond> beyond_;
