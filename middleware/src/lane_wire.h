@@ -13,6 +13,8 @@
 #include <string>
 #include <utility>
 
+#include "fd.h"
+
 namespace nido {
 
 using Guid = eprosima::fastrtps::rtps::GUID_t;
@@ -64,27 +66,6 @@ inline Guid unpack_guid(const std::array<unsigned char, 16>& bytes) {
   std::memcpy(guid.entityId.value, bytes.data() + 12, 4);
   return guid;
 }
-
-// An open file, closed with this object.
-class Fd {
- public:
-  explicit Fd(int fd = -1) : fd_(fd) {}
-  Fd(Fd&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
-  Fd& operator=(Fd&& other) noexcept {
-    std::swap(fd_, other.fd_);
-    return *this;
-  }
-  ~Fd() {
-    if (fd_ >= 0) {
-      close(fd_);
-    }
-  }
-  [[nodiscard]] int get() const { return fd_; }
-  [[nodiscard]] bool is_open() const { return fd_ >= 0; }
-
- private:
-  int fd_;
-};
 
 // Where a participant listens for lanes: a name in Linux's abstract namespace, made of its GUID.
 struct LaneAddress {
