@@ -91,9 +91,8 @@ class YarpCameraRig final : public CameraRig {
   void advance() override {
     clock_.advance_ns(kPeriod_ns);
     must_hold(server_->publish(clock_.now_ns()));
-    std::this_thread::sleep_for(
-        std::chrono::milliseconds(1));  // pictures may be lost, by design: some arrive
   }
+  bool eventually(const std::function<bool()>& condition) override { return patiently(condition); }
 
  private:
   GatewayLink link_;

@@ -109,6 +109,7 @@ class RemoteCameraRig : public CameraRig {
       throw std::runtime_error(published.error().message);
     }
   }
+  bool eventually(const std::function<bool()>& condition) override { return patiently(condition); }
 
  protected:
   void open(ICamera& served) {
