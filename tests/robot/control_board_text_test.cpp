@@ -73,7 +73,7 @@ TEST_F(ControlBoardTextTest, SpeedsAndAccelerations) {
   EXPECT_EQ(ask("set acc 0 100"), "[ok]");
   EXPECT_EQ(answer("get vel 0"), "[is] vel 30.0");
   EXPECT_EQ(answer("get acc 0"), "[is] acc 100.0");
-  EXPECT_EQ(ask("set vmo 0 12"), "[ok]");
+  EXPECT_EQ(ask("set vmos (12 0)"), "[ok]");
   advance(50);
   EXPECT_EQ(answer("get icmd cmod 0"), "[is] 0 [vel]");
   const auto words = parse_text(answer("get esp 0"));
@@ -139,9 +139,9 @@ TEST_F(ControlBoardTextTest, InteractionImpedanceVariablesCalibration) {
 
 TEST_F(ControlBoardTextTest, TorquesAndDutyCycles) {
   EXPECT_EQ(ask("set torq ref 0 2.5"), "[ok]");
-  EXPECT_EQ(ask("set ipwm ref 1 50"), "[ok]");
   advance(1);
-  EXPECT_EQ(answer("get torq trqs"), "[is] torq (2.5 2.5)");
+  EXPECT_EQ(answer("get torq trqs"), "[is] torq (2.5 0.0)");
+  EXPECT_EQ(answer("get torq ref 0"), "[fail] \"this board does not tell it\"");
 }
 
 class Refused : public ControlBoardTextTest,
@@ -160,14 +160,15 @@ TEST_P(Refused, SaysWhyAndChangesNothing) {
 INSTANTIATE_TEST_SUITE_P(
     Lines, Refused,
     testing::Values(std::pair{"", "[nak]"}, std::pair{"get", "[nak]"}, std::pair{"dance now", "[fail]"},
-                    std::pair{"get enc", "[fail]"}, std::pair{"get enc 2", "[fail]"},
+                    std::pair{"get enc x", "[fail]"}, std::pair{"get enc 2", "[fail]"},
                     std::pair{"get enc -1", "[fail]"}, std::pair{"get enc 0.5", "[fail]"},
-                    std::pair{"get encs 1", "[fail]"}, std::pair{"set pos 0", "[fail]"},
-                    std::pair{"set pos 0 nan", "[fail]"}, std::pair{"set pos 0 1e999", "[nak]"},
-                    std::pair{"set pos 99999999999999 1", "[fail]"}, std::pair{"set pos 2 10", "[fail]"},
-                    std::pair{"set poss (1)", "[fail]"}, std::pair{"set poss (1 2 3)", "[fail]"},
-                    std::pair{"set poss 1 2", "[fail]"}, std::pair{"set posg 2 (0) (1)", "[fail]"},
-                    std::pair{"set posg 2 (0 0) (1 2)", "[fail]"},
+                    std::pair{"set sto", "[fail]"}, std::pair{"set ipwm ref 1 50", "[fail]"},
+                    std::pair{"set dpo 0 10", "[fail]"}, std::pair{"set llim 0 0 1", "[fail]"},
+                    std::pair{"set pos 0", "[fail]"}, std::pair{"set pos 0 nan", "[fail]"},
+                    std::pair{"set pos 0 1e999", "[nak]"}, std::pair{"set pos 99999999999999 1", "[fail]"},
+                    std::pair{"set pos 2 10", "[fail]"}, std::pair{"set poss (1)", "[fail]"},
+                    std::pair{"set poss (1 2 3)", "[fail]"}, std::pair{"set poss 1 2", "[fail]"},
+                    std::pair{"set posg 2 (0) (1)", "[fail]"}, std::pair{"set posg 2 (0 0) (1 2)", "[fail]"},
                     std::pair{"set posg 2 (0 1) (1 (2))", "[fail]"}, std::pair{"set vel 0 -3", "[fail]"},
                     std::pair{"set icmd cmod 0 fly", "[fail]"}, std::pair{"set icmd cmod 0 hwfa", "[fail]"},
                     std::pair{"set icmd cmds (vel fly)", "[fail]"}, std::pair{"set icmd", "[fail]"},

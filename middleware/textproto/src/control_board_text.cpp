@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <functional>
@@ -15,8 +16,10 @@
 #include "line.h"
 #include "motor_text.h"
 #include "nearest_of.h"
+#include "nido/interfaces/board_extras.h"
 #include "nido/interfaces/check_joints.h"
 #include "nido/textproto/text_value.h"
+#include "quantities.h"
 
 namespace nido {
 namespace {
@@ -35,14 +38,18 @@ constexpr std::array<std::pair<std::string_view, ControlMode>, 7> kModeWords = {
      {"hwfa", ControlMode::kFault}}};
 
 constexpr std::array kGetWords = std::to_array<std::string_view>(
-    {"encs", "enc",  "esps", "esp",  "eacs", "eac",  "poss", "pos",  "posg", "vels", "vel",  "velg", "accs",
-     "acc",  "accg", "dons", "don",  "dong", "donl", "icmd", "torq", "llim", "vlim", "axes", "name", "type",
-     "prot", "info", "mncs", "mnc",  "msps", "msp",  "macs", "mac",  "mnum", "mtnm", "dpos", "dpo",  "dpog",
-     "asta", "asts", "intm", "acus", "acu",  "tmps", "tmp",  "pwm",  "ipwm", "pid",  "iimp", "ivar", "reca"});
-constexpr std::array kSetWords = std::to_array<std::string_view>(
-    {"pos",  "poss", "posg", "rel",  "rels", "relg", "vel",  "vels", "velg", "acc",  "accs",
-     "accg", "vmo",  "vmos", "vmog", "dpo",  "dpos", "dpog", "sto",  "stos", "stog", "icmd",
-     "torq", "ipwm", "intm", "aen",  "adi",  "pid",  "iimp", "ivar", "reca"});
+    {"encs", "enc",  "esps", "esp",  "eacs", "eac",  "poss", "pos",  "posg", "vels", "vel",  "velg",
+     "accs", "acc",  "accg", "dons", "don",  "dong", "donl", "icmd", "torq", "llim", "vlim", "axes",
+     "name", "type", "prot", "info", "mncs", "mnc",  "msps", "msp",  "macs", "mac",  "mnum", "mtnm",
+     "dpos", "dpo",  "dpog", "vmos", "vmo",  "vmog", "asta", "asts", "intm", "acus", "acu",  "tmps",
+     "tmp",  "pwm",  "ipwm", "icur", "pid",  "iimp", "ivar", "reca", "ijfl", "maxc"});
+constexpr std::array kSetWords =
+    std::to_array<std::string_view>({"pos",  "poss", "posg", "rel",  "rels", "relg", "vel",  "vels", "velg",
+                                     "acc",  "accs", "accg", "vmos", "sto",  "stos", "stog", "icmd", "torq",
+                                     "intm", "aen",  "adi",  "pid",  "iimp", "ivar", "reca", "llim", "vlim"});
+// words of YARP's boards for what neither the simulated nor the real boards of an iCub tell
+constexpr std::array kNeverMeasured =
+    std::to_array<std::string_view>({"mcpr", "tmpl", "gbxr", "acno", "acpk", "pwml", "avsu"});
 
 // "'encz' cannot be got: did you mean 'encs'?"
 std::string not_known(std::string_view verb, const TextValue& given,
@@ -64,70 +71,15 @@ Outcome<ControlMode> mode_of(const TextValue& value) {
 // -- get
 // --------------------------------------------------------------------------------------------------------------
 
-// a number of each joint
-struct Quantity {
-  std::string_view one;    // word for one joint
-  std::string_view all;    // word for all joints
-  std::string_view group;  // word for some joints; empty: there is none
-  double unit;             // of the number on this side, in SI
-  Result<std::vector<double>> (*read)(const IControlBoard&);
-};
-
-template <auto member>
-Result<std::vector<double>> from_reading(const IControlBoard& board) {
-  Result<JointReading> reading = board.read_joints();
-  if (!reading) return reading.error();
-  return (*reading).*member;
-}
-
-Result<std::vector<double>> motion_done_numbers(const IControlBoard& board) {
-  const Result<std::vector<bool>> done = board.motion_done();
-  if (!done) return done.error();
-  return std::vector<double>(done->begin(), done->end());
-}
-
-constexpr std::array<Quantity, 8> kQuantities = {{
-    {"enc", "encs", "", kDegree_rad, &from_reading<&JointReading::position_rad>},
-    {"esp", "esps", "", kDegree_rad, &from_reading<&JointReading::velocity_rad_s>},
-    {"eac", "eacs", "", kDegree_rad, &from_reading<&JointReading::acceleration_rad_s2>},
-    {"pos", "poss", "posg", kDegree_rad, [](const IControlBoard& b) { return b.target_positions(); }},
-    {"dpo", "dpos", "dpog", kDegree_rad, [](const IControlBoard& b) { return b.target_positions(); }},
-    {"vel", "vels", "velg", kDegree_rad, [](const IControlBoard& b) { return b.reference_speeds(); }},
-    {"acc", "accs", "accg", kDegree_rad, [](const IControlBoard& b) { return b.reference_accelerations(); }},
-    {"don", "donl", "", kCount, &motion_done_numbers},
-}};
-constexpr Quantity kTorque = {"trq", "trqs", "", 1.0, &from_reading<&JointReading::torque_Nm>};
-
-Outcome<Values> get_quantity(const IControlBoard& board, const Quantity& quantity, const Values& line,
-                             std::size_t at_word) {
-  const char suffix = line[at_word].is_word(quantity.all)   ? 's'
-                      : line[at_word].is_word(quantity.one) ? '\0'
-                                                            : 'g';
-  Outcome<Targets> which = targets(line, at_word + 1, suffix, board.axes(), false);
-  if (auto* wrong = std::get_if<Refusal>(&which)) return *wrong;
-  const Result<std::vector<double>> read = quantity.read(board);
-  if (!read) return refused(read.error());
-  Values found;
-  for (const int joint : std::get<Targets>(which).joints) {
-    found.push_back(to_value((*read)[static_cast<std::size_t>(joint)], quantity.unit));
-  }
-  if (suffix != '\0') return Values{{std::move(found)}};
-  return found;
-}
-
-bool names(const Quantity& quantity, const TextValue& value) {
-  return value.is_word(quantity.one) || value.is_word(quantity.all) ||
-         (!quantity.group.empty() && value.is_word(quantity.group));
-}
-
 // whether all motions, or those of some joints, have ended
 Outcome<Values> get_all_done(const IControlBoard& board, const Values& line) {
-  Outcome<Targets> which = targets(line, 2, line[1].is_word("dons") ? 's' : 'g', board.axes(), false);
-  if (auto* wrong = std::get_if<Refusal>(&which)) return *wrong;
+  const Outcome<std::vector<int>> joints =
+      asked_joints(line, 2, line[1].is_word("dons") ? 's' : 'g', board.axes());
+  if (const auto* wrong = std::get_if<Refusal>(&joints)) return *wrong;
   const Result<std::vector<bool>> done = board.motion_done();
   if (!done) return refused(done.error());
   bool all_done = true;
-  for (const int joint : std::get<Targets>(which).joints) {
+  for (const int joint : std::get<std::vector<int>>(joints)) {
     all_done = all_done && (*done)[static_cast<std::size_t>(joint)];
   }
   return Values{{all_done ? 1LL : 0LL}};
@@ -137,43 +89,15 @@ Outcome<Values> get_modes(const IControlBoard& board, const Values& line) {
   if (line.size() < 3) return unknown("icmd cmod J, icmd cmds or icmd cmog N (J ...) is expected");
   const char suffix = line[2].is_word("cmds") ? 's' : line[2].is_word("cmog") ? 'g' : '\0';
   if (suffix == '\0' && !line[2].is_word("cmod")) return unknown("icmd knows cmod, cmds and cmog");
-  Outcome<Targets> which = targets(line, 3, suffix, board.axes(), false);
-  if (auto* wrong = std::get_if<Refusal>(&which)) return *wrong;
+  const Outcome<std::vector<int>> asked = asked_joints(line, 3, suffix, board.axes());
+  if (const auto* wrong = std::get_if<Refusal>(&asked)) return *wrong;
+  const auto& joints = std::get<std::vector<int>>(asked);
   const Result<std::vector<ControlMode>> modes = board.control_modes();
   if (!modes) return refused(modes.error());
   Values words;
-  for (const int joint : std::get<Targets>(which).joints) {
-    words.push_back(word(mode_word((*modes)[static_cast<std::size_t>(joint)])));
-  }
-  if (suffix == '\0')
-    return Values{{static_cast<long long>(std::get<Targets>(which).joints.front())}, words.front()};
+  for (const int joint : joints) words.push_back(word(mode_word((*modes)[static_cast<std::size_t>(joint)])));
+  if (suffix == '\0') return Values{{static_cast<long long>(joints.front())}, words.front()};
   return Values{word(suffix == 's' ? "cmds" : "cmog"), {std::move(words)}};
-}
-
-Outcome<Values> get_limits(const IControlBoard& board, const Values& line, std::size_t first,
-                           const std::string& what) {
-  Outcome<Targets> which = targets(line, first, '\0', board.axes(), false);
-  if (auto* wrong = std::get_if<Refusal>(&which)) return *wrong;
-  const Result<std::vector<JointLimits>> limits = board.limits();
-  if (!limits) return refused(limits.error());
-  const JointLimits& joint = (*limits)[static_cast<std::size_t>(std::get<Targets>(which).joints.front())];
-  if (what == "llim")
-    return Values{to_value(joint.min_rad, kDegree_rad), to_value(joint.max_rad, kDegree_rad)};
-  if (what == "vlim") return Values{{0.0}, to_value(joint.max_velocity_rad_s, kDegree_rad)};
-  return Values{{-joint.max_torque_Nm}, {joint.max_torque_Nm}};
-}
-
-// smallest torques, greatest torques
-Outcome<Values> get_torque_ranges(const IControlBoard& board) {
-  const Result<std::vector<JointLimits>> limits = board.limits();
-  if (!limits) return refused(limits.error());
-  Values smallest;
-  Values greatest;
-  for (const JointLimits& joint : *limits) {
-    smallest.push_back(to_value(-joint.max_torque_Nm, 1.0));
-    greatest.push_back(to_value(joint.max_torque_Nm, 1.0));
-  }
-  return Values{{std::move(smallest)}, {std::move(greatest)}};
 }
 
 // name, limits and greatest torque of all joints in one answer
@@ -195,32 +119,28 @@ Outcome<Values> get_info(const IControlBoard& board) {
 }
 
 Outcome<Values> get(const IControlBoard& board, const Values& line) {
-  if (line.size() == 2 && line[1].is_word("info")) return get_info(board);
-  for (const Quantity& quantity : kQuantities) {
-    if (names(quantity, line[1])) return get_quantity(board, quantity, line, 1);
-  }
-  if (line[1].is_word("dons") || line[1].is_word("dong")) return get_all_done(board, line);
+  if (std::optional<Outcome<Values>> numbers = get_quantity(board, line)) return *numbers;
+  const std::string_view what = text_of(line, 1);
+  if (what == "info") return get_info(board);
+  if (what == "dons" || what == "dong") return get_all_done(board, line);
+  if (what == "icmd") return get_modes(board, line);
   if (std::optional<Outcome<Values>> motors = get_motors(board, line)) return *motors;
-  if (line[1].is_word("axes") || line[1].is_word("mnum") || line[1].is_word("mtnm"))
+  if (what == "axes" || what == "mnum" || what == "mtnm") {
     return Values{{static_cast<long long>(board.axes())}};
-  if (line[1].is_word("prot")) return Values{{1LL}, {9LL}, {0LL}};
-  if (line[1].is_word("llim") || line[1].is_word("vlim")) return get_limits(board, line, 2, *line[1].text());
-  if (line[1].is_word("icmd")) return get_modes(board, line);
-  if (line[1].is_word("torq")) {
-    if (line.size() >= 3 && names(kTorque, line[2])) return get_quantity(board, kTorque, line, 2);
-    if (line.size() >= 3 && line[2].is_word("rng")) return get_limits(board, line, 3, "rng");
-    if (line.size() == 3 && line[2].is_word("rngs")) return get_torque_ranges(board);
-    return unknown("torq knows trq J, trqs, rng J and rngs");
   }
-  if (line[1].is_word("name") || line[1].is_word("type")) {
-    Outcome<Targets> which = targets(line, 2, '\0', board.axes(), false);
-    if (auto* wrong = std::get_if<Refusal>(&which)) return *wrong;
-    if (line[1].is_word("type")) return Values{{kTurningJoint}};
-    Result<std::string> name = board.axis_name(std::get<Targets>(which).joints.front());
+  if (what == "prot") return Values{{1LL}, {9LL}, {0LL}};
+  if (what == "name" || what == "type") {
+    const Outcome<std::vector<int>> joints = asked_joints(line, 2, '\0', board.axes());
+    if (const auto* wrong = std::get_if<Refusal>(&joints)) return *wrong;
+    if (what == "type") return Values{{kTurningJoint}};
+    Result<std::string> name = board.axis_name(std::get<std::vector<int>>(joints).front());
     if (!name) return refused(name.error());
     return Values{{TextValue::Word{std::move(*name), false}}};
   }
-  return unknown(not_known(*line[0].text(), line[1], kGetWords));
+  if (std::find(kNeverMeasured.begin(), kNeverMeasured.end(), what) != kNeverMeasured.end()) {
+    return Refusal{true, fmt::format("no board here has '{}'", what)};
+  }
+  return unknown(not_known("get", line[1], kGetWords));
 }
 
 // -- set
@@ -228,9 +148,9 @@ Outcome<Values> get(const IControlBoard& board, const Values& line) {
 
 // a command with a number for each joint
 struct Command {
-  std::string_view stem;   // one joint
+  std::string_view stem;   // one joint; empty: there is no such word
   std::string_view all;    // all joints
-  std::string_view group;  // some joints
+  std::string_view group;  // some joints; empty: there is no such word
   double unit;
   Status (*send)(IControlBoard&, std::span<const int>, std::span<const double>);
 };
@@ -248,7 +168,7 @@ Status move_by(IControlBoard& board, std::span<const int> joints, std::span<cons
 using Joints = std::span<const int>;
 using Numbers = std::span<const double>;
 
-constexpr std::array<Command, 6> kCommands = {{
+constexpr std::array<Command, 5> kCommands = {{
     {"pos", "poss", "posg", kDegree_rad,
      [](IControlBoard& b, Joints j, Numbers v) { return b.move_to(j, v); }},
     {"rel", "rels", "relg", kDegree_rad, &move_by},
@@ -256,22 +176,31 @@ constexpr std::array<Command, 6> kCommands = {{
      [](IControlBoard& b, Joints j, Numbers v) { return b.set_reference_speeds(j, v); }},
     {"acc", "accs", "accg", kDegree_rad,
      [](IControlBoard& b, Joints j, Numbers v) { return b.set_reference_accelerations(j, v); }},
-    {"vmo", "vmos", "vmog", kDegree_rad,
+    {"", "vmos", "", kDegree_rad,
      [](IControlBoard& b, Joints j, Numbers v) { return b.set_velocities(j, v); }},
-    {"dpo", "dpos", "dpog", kDegree_rad,
-     [](IControlBoard& b, Joints j, Numbers v) { return b.set_positions(j, v); }},
 }};
 constexpr Command kTorqueCommand = {
-    "ref", "refs", "refg", 1.0, [](IControlBoard& b, Joints j, Numbers v) { return b.set_torques(j, v); }};
-constexpr Command kPwmCommand = {"ref", "refs", "refg", kPercent, [](IControlBoard& b, Joints j, Numbers v) {
-                                   return b.set_duty_cycles(j, v);
-                                 }};
+    "ref", "refs", "", 1.0, [](IControlBoard& b, Joints j, Numbers v) { return b.set_torques(j, v); }};
+
+// what YARP's boards take from their port command:i alone
+constexpr std::array kStreamed = std::to_array<std::array<std::string_view, 2>>({{"vmo", ""},
+                                                                                 {"vmog", ""},
+                                                                                 {"dpo", ""},
+                                                                                 {"dpos", ""},
+                                                                                 {"dpog", ""},
+                                                                                 {"ipwm", "ref"},
+                                                                                 {"ipwm", "refs"},
+                                                                                 {"ipwm", "refg"},
+                                                                                 {"torq", "refg"},
+                                                                                 {"icur", "ref"},
+                                                                                 {"icur", "refs"},
+                                                                                 {"icur", "refg"}});
 
 // 's', 'g', nothing, or no value when the word is none of the command's
 std::optional<char> form(const Command& command, const TextValue& value) {
-  if (value.is_word(command.stem)) return '\0';
+  if (!command.stem.empty() && value.is_word(command.stem)) return '\0';
   if (value.is_word(command.all)) return 's';
-  if (value.is_word(command.group)) return 'g';
+  if (!command.group.empty() && value.is_word(command.group)) return 'g';
   return std::nullopt;
 }
 
@@ -316,10 +245,30 @@ Outcome<Values> set_modes(IControlBoard& board, const Values& line) {
 }
 
 Outcome<Values> stop(IControlBoard& board, const Values& line, char suffix) {
-  Outcome<Targets> which = targets(line, 2, suffix, board.axes(), false);
-  if (auto* wrong = std::get_if<Refusal>(&which)) return *wrong;
-  const Status stopped = board.stop(std::get<Targets>(which).joints);
+  // whatever else somebody typed in a hurry, a stop is a stop
+  const bool joint_is_missing = suffix == '\0' && line.size() < 3;
+  if (joint_is_missing) return unknown("sto JOINT is expected; stos stops all");
+  const Outcome<std::vector<int>> joints = asked_joints(line, 2, suffix, board.axes());
+  if (const auto* wrong = std::get_if<Refusal>(&joints)) return *wrong;
+  const Status stopped = board.stop(std::get<std::vector<int>>(joints));
   if (!stopped) return refused(stopped.error());
+  return Values{};
+}
+
+// llim J MIN MAX, vlim J MIN MAX, where a top speed has no other minimum than 0
+Outcome<Values> set_limits(IControlBoard& board, const Values& line) {
+  if (line.size() != 5) return unknown("JOINT MIN MAX is expected");
+  const Outcome<std::vector<int>> joints = asked_joints(line, 2, '\0', board.axes());
+  if (const auto* wrong = std::get_if<Refusal>(&joints)) return *wrong;
+  const Outcome<std::vector<double>> given = numbers({line[3], line[4]}, kDegree_rad);
+  if (const auto* wrong = std::get_if<Refusal>(&given)) return *wrong;
+  const int joint = std::get<std::vector<int>>(joints).front();
+  const auto& range = std::get<std::vector<double>>(given);
+  auto* settings = dynamic_cast<ILimitSettings*>(&board);
+  if (settings == nullptr) return Refusal{true, "the limits of this board cannot be set"};
+  const Status set = line[1].is_word("llim") ? settings->set_position_limits(joint, range[0], range[1])
+                                             : settings->set_velocity_limit(joint, range[1]);
+  if (!set) return refused(set.error());
   return Values{};
 }
 
@@ -334,23 +283,30 @@ Outcome<Values> switch_amplifier(IControlBoard& board, const Values& line) {
 }
 
 Outcome<Values> set(IControlBoard& board, const Values& line) {
+  const std::string_view what = text_of(line, 1);
+  for (const auto& [word, second] : kStreamed) {
+    if (what != word || (!second.empty() && text_of(line, 2) != second)) continue;
+    return Refusal{true, fmt::format("'{}{}{}' is for streams, renewed every 100 ms: write it to command:i, "
+                                     "as in (dpo 3) (45.0)",
+                                     word, second.empty() ? "" : " ", second)};
+  }
   for (const Command& command : kCommands) {
     if (const std::optional<char> suffix = form(command, line[1]))
       return send(board, command, *suffix, line, 2);
   }
-  if (line[1].is_word("sto")) return stop(board, line, '\0');
-  if (line[1].is_word("stos")) return stop(board, line, 's');
-  if (line[1].is_word("stog")) return stop(board, line, 'g');
-  if (line[1].is_word("icmd")) return set_modes(board, line);
+  if (what == "sto") return stop(board, line, '\0');
+  if (what == "stos") return stop(board, line, 's');
+  if (what == "stog") return stop(board, line, 'g');
+  if (what == "icmd") return set_modes(board, line);
+  if (what == "llim" || what == "vlim") return set_limits(board, line);
   if (std::optional<Outcome<Values>> motors = set_motors(board, line)) return *motors;
-  if (line[1].is_word("aen") || line[1].is_word("adi")) return switch_amplifier(board, line);
-  if (line[1].is_word("torq") || line[1].is_word("ipwm")) {
-    const Command& command = line[1].is_word("torq") ? kTorqueCommand : kPwmCommand;
-    const std::optional<char> suffix = line.size() > 2 ? form(command, line[2]) : std::nullopt;
-    if (suffix) return send(board, command, *suffix, line, 3);
-    return unknown("ref J V, refs (V ...) or refg N (J ...) (V ...) is expected");
+  if (what == "aen" || what == "adi") return switch_amplifier(board, line);
+  if (what == "torq") {
+    const std::optional<char> suffix = line.size() > 2 ? form(kTorqueCommand, line[2]) : std::nullopt;
+    if (suffix) return send(board, kTorqueCommand, *suffix, line, 3);
+    return unknown("torq ref J V or torq refs (V ...) is expected");
   }
-  return unknown(not_known(*line[0].text(), line[1], kSetWords));
+  return unknown(not_known("set", line[1], kSetWords));
 }
 
 // as YARP's boards do it: [nak] to what is no request at all, [fail] to what cannot be done; and why
@@ -380,27 +336,30 @@ const std::string& ControlBoardText::help() {
     for (const char* line : {"degrees, deg/s, N m, percent; J is a joint, from 0",
                              "get encs | esps | eacs | mncs | msps | macs",
                              "get enc | esp | eac | mnc | msp | mac J",
-                             "get poss | vels | accs | dpos, get pos | vel | acc | dpo J",
-                             "get posg | velg | accg | dpog N (J ...)",
+                             "get poss | vels | accs | dpos | vmos, get pos | vel | acc | dpo | vmo J",
+                             "get posg | velg | accg | dpog | vmog N (J ...)",
                              "get dons | donl, get don J, get dong N (J ...)",
                              "get icmd cmds | cmod J | cmog N (J ...)",
-                             "get torq trqs | rngs | trq J | rng J",
+                             "get torq trqs | refs | rngs | trq J | ref J | rng J",
                              "get intm mods | mode J | modg N (J ...)",
-                             "get acus | tmps, get acu | tmp | pwm J",
-                             "get ipwm pwms | pwm J",
+                             "get acus | tmps, get acu | tmp | pwm | maxc J",
+                             "get ipwm pwms | refs | pwm J | ref J",
+                             "get icur refs | rngs | ref J | rng J",
                              "get pid pids | errs | refs | outs LOOP, get pid pid | err | ref | out LOOP J",
                              "    LOOP: pos vel trq cur",
                              "get iimp ipr | iof J",
                              "get ivar lvar | mvar NAME",
                              "get llim | vlim | name | type | asts J",
+                             "get ijfl jhfl J",
                              "get axes | mnum | mtnm | asta | prot | info",
-                             "set pos | rel | vel | acc | vmo | dpo J V",
-                             "set poss | rels | vels | accs | vmos | dpos (V ...)",
-                             "set posg | relg | velg | accg | vmog | dpog N (J ...) (V ...)",
+                             "set pos | rel | vel | acc J V",
+                             "set poss | rels | vels | accs | vmos (V ...)",
+                             "set posg | relg | velg | accg N (J ...) (V ...)",
                              "set sto J, set stos, set stog N (J ...)",
                              "set icmd cmod J MODE | cmds (MODE ...) | cmog N (J ...) (MODE ...)",
                              "    MODE: idl pos posd vel torq ipwm",
-                             "set torq | ipwm ref J V | refs (V ...) | refg N (J ...) (V ...)",
+                             "set torq ref J V | refs (V ...)",
+                             "set llim | vlim J MIN MAX",
                              "set intm mode J stif | comp, set aen | adi J",
                              "set pid pid LOOP J (10 gains)",
                              "set iimp ipr J (N*m/deg N*m*s/deg), set iimp iof J (N*m)",
@@ -437,15 +396,15 @@ std::string ControlBoardText::reply(const std::string& line) {
     return refusal_text(*wrong, words.size());
   }
   if (is_set) return "[ok]";
-  // [is] WHAT values [tsta] count time [ok], with WHAT as it was asked; three words have forms of their own
-  const bool is_version = words[1].is_word("prot");
-  const bool is_interaction = words[1].is_word("intm");
+  // [is] WHAT values [tsta] count time [ok], with WHAT as it was asked; four words have forms of their own
+  const std::string_view what = text_of(words, 1);
+  const bool is_version = what == "prot";
   Values answer;
   if (is_version) {
     answer.push_back(word("prot"));
-  } else if (!is_interaction) {
+  } else if (what != "intm") {
     answer.push_back(word("is"));
-    if (!words[1].is_word("icmd")) answer.push_back(words[1]);
+    if (what != "icmd" && what != "ijfl") answer.push_back(words[1]);
   }
   for (TextValue& value : std::get<Values>(outcome)) answer.push_back(std::move(value));
   if (!is_version && !tells_no_time(words)) {

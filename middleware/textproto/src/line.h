@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <optional>
@@ -102,6 +103,18 @@ inline Outcome<Targets> targets(const Values& line, std::size_t first, char suff
   return out;
 }
 
+// The joints of a question. As YARP's boards do it, one without a joint is about joint 0, and what stands
+// behind is left alone: nothing is changed by a question.
+inline Outcome<std::vector<int>> asked_joints(const Values& line, std::size_t first, char suffix, int axes) {
+  const std::size_t words = suffix == 's' ? 0 : suffix == 'g' ? 2 : 1;
+  Values question(line.begin(),
+                  line.begin() + static_cast<std::ptrdiff_t>(std::min(line.size(), first + words)));
+  if (suffix == '\0' && question.size() == first) question.push_back({0LL});
+  Outcome<Targets> which = targets(question, first, suffix, axes, false);
+  if (auto* wrong = std::get_if<Refusal>(&which)) return *wrong;
+  return std::get<Targets>(std::move(which)).joints;
+}
+
 inline Outcome<std::vector<double>> numbers(const Values& values, double unit) {
   std::vector<double> out;
   for (const TextValue& value : values) {
@@ -109,6 +122,12 @@ inline Outcome<std::vector<double>> numbers(const Values& values, double unit) {
     out.push_back(value.number() * unit);
   }
   return out;
+}
+
+// The word or string at a place; empty where there is none.
+inline std::string_view text_of(const Values& line, std::size_t at) {
+  const std::string* text = at < line.size() ? line[at].text() : nullptr;
+  return text != nullptr ? std::string_view(*text) : std::string_view();
 }
 
 inline TextValue to_value(double si, double unit) {

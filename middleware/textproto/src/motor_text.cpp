@@ -10,11 +10,6 @@ using namespace text_line;  // NOLINT(google-build-using-namespace): of this roo
 
 constexpr std::size_t kGains = 10;
 
-std::string_view text_of(const Values& line, std::size_t at) {
-  const std::string* text = at < line.size() ? line[at].text() : nullptr;
-  return text != nullptr ? std::string_view(*text) : std::string_view();
-}
-
 // one value alone, and one list alone
 Values just(TextValue value) {
   Values values;
@@ -41,55 +36,6 @@ TextValue yes() {
 Outcome<Values> done(const Status& status) {
   if (!status) return refused(status.error());
   return Values{};
-}
-
-// -- numbers of motors
-
-template <auto member>
-Result<std::vector<double>> of_motors(const IControlBoard& board) {
-  Result<MotorReading> reading = board.read_motors();
-  if (!reading) return reading.error();
-  std::vector<double>& values = (*reading).*member;
-  if (values.empty()) return Error{ErrorCode::kUnsupported, "the motors of this board do not measure this"};
-  return std::move(values);
-}
-
-Result<std::vector<double>> of_amplifiers(const IControlBoard& board) {
-  const Result<std::vector<bool>> on = board.amplifiers_on();
-  if (!on) return on.error();
-  return std::vector<double>(on->begin(), on->end());
-}
-
-struct Quantity {
-  std::string_view one;
-  std::string_view all;
-  double unit;
-  Result<std::vector<double>> (*read)(const IControlBoard&);
-};
-constexpr std::array<Quantity, 6> kQuantities = {{
-    {"mnc", "mncs", kDegree_rad, &of_motors<&MotorReading::position_rad>},
-    {"msp", "msps", kDegree_rad, &of_motors<&MotorReading::velocity_rad_s>},
-    {"mac", "macs", kDegree_rad, &of_motors<&MotorReading::acceleration_rad_s2>},
-    {"acu", "acus", 1.0, &of_motors<&MotorReading::current_A>},
-    {"tmp", "tmps", 1.0, &of_motors<&MotorReading::temperature_C>},
-    {"asts", "asta", kCount, &of_amplifiers},
-}};
-// after [ipwm], and of amplifiers
-constexpr Quantity kDutyCycle = {"pwm", "pwms", kPercent, &of_motors<&MotorReading::duty_cycle>};
-
-Outcome<Values> get_quantity(const IControlBoard& board, const Quantity& quantity, const Values& line,
-                             std::size_t at_word) {
-  const bool all = line[at_word].is_word(quantity.all);
-  Outcome<Targets> which = targets(line, at_word + 1, all ? 's' : '\0', board.axes(), false);
-  if (auto* wrong = std::get_if<Refusal>(&which)) return *wrong;
-  const Result<std::vector<double>> read = quantity.read(board);
-  if (!read) return refused(read.error());
-  Values found;
-  for (const int joint : std::get<Targets>(which).joints) {
-    found.push_back(to_value((*read)[static_cast<std::size_t>(joint)], quantity.unit));
-  }
-  if (all) return just_list(std::move(found));
-  return found;
 }
 
 // -- loops
@@ -138,13 +84,13 @@ Outcome<Values> get_pid(const IControlBoard& board, const Values& line) {
   if (!loop) return unknown(kPidForm);
   const std::string_view what = text_of(line, 2);
   const bool all = what.ends_with('s');
-  Outcome<Targets> which = targets(line, 4, all ? 's' : '\0', board.axes(), false);
-  if (auto* wrong = std::get_if<Refusal>(&which)) return *wrong;
+  const Outcome<std::vector<int>> joints = asked_joints(line, 4, all ? 's' : '\0', board.axes());
+  if (const auto* wrong = std::get_if<Refusal>(&joints)) return *wrong;
   Values found;
   if (what == "pid" || what == "pids") {
     const Result<std::vector<Pid>> pids = board.pids(*loop);
     if (!pids) return refused(pids.error());
-    for (const int joint : std::get<Targets>(which).joints) {
+    for (const int joint : std::get<std::vector<int>>(joints)) {
       found.push_back(just_list(gains_of((*pids)[static_cast<std::size_t>(joint)])).front());
     }
   } else if (what == "ena") {
@@ -159,7 +105,7 @@ Outcome<Values> get_pid(const IControlBoard& board, const Values& line) {
     if (!reading) return refused(reading.error());
     const bool angles =
         !number->in_board_units && (*loop == PidLoop::kPosition || *loop == PidLoop::kVelocity);
-    for (const int joint : std::get<Targets>(which).joints) {
+    for (const int joint : std::get<std::vector<int>>(joints)) {
       const double value = ((*reading).*(number->which))[static_cast<std::size_t>(joint)];
       found.push_back(to_value(value, angles ? kDegree_rad : 1.0));
     }
@@ -198,12 +144,12 @@ char interaction_suffix(const Values& line) {
 Outcome<Values> get_interaction(const IControlBoard& board, const Values& line) {
   const char suffix = interaction_suffix(line);
   if (suffix == '?') return unknown("intm mode J, intm mods or intm modg N (J ...) is expected");
-  Outcome<Targets> which = targets(line, 3, suffix, board.axes(), false);
-  if (auto* wrong = std::get_if<Refusal>(&which)) return *wrong;
+  const Outcome<std::vector<int>> joints = asked_joints(line, 3, suffix, board.axes());
+  if (const auto* wrong = std::get_if<Refusal>(&joints)) return *wrong;
   const Result<std::vector<InteractionMode>> modes = board.interaction_modes();
   if (!modes) return refused(modes.error());
   Values words;
-  for (const int joint : std::get<Targets>(which).joints) {
+  for (const int joint : std::get<std::vector<int>>(joints)) {
     words.push_back(word(to_word((*modes)[static_cast<std::size_t>(joint)])));
   }
   if (suffix == '\0') return words;
@@ -236,11 +182,11 @@ Outcome<Values> set_interaction(IControlBoard& board, const Values& line) {
 Outcome<Values> get_impedance(const IControlBoard& board, const Values& line) {
   const std::string_view what = text_of(line, 2);
   if (what != "ipr" && what != "iof") return unknown("iimp ipr J or iimp iof J is expected");
-  Outcome<Targets> which = targets(line, 3, '\0', board.axes(), false);
-  if (auto* wrong = std::get_if<Refusal>(&which)) return *wrong;
+  const Outcome<std::vector<int>> joints = asked_joints(line, 3, '\0', board.axes());
+  if (const auto* wrong = std::get_if<Refusal>(&joints)) return *wrong;
   const Result<std::vector<Impedance>> all = board.impedances();
   if (!all) return refused(all.error());
-  const Impedance& one = (*all)[static_cast<std::size_t>(std::get<Targets>(which).joints.front())];
+  const Impedance& one = (*all)[static_cast<std::size_t>(std::get<std::vector<int>>(joints).front())];
   // N m per degree: what is divided by an angle is smaller there
   if (what == "iof") return just_list(just(of(one.offset_Nm)));
   Values pair = just(to_value(one.stiffness_Nm_rad, 1 / kDegree_rad));
@@ -290,6 +236,10 @@ Outcome<Values> get_variable(const IControlBoard& board, const Values& line) {
   }
   const Result<std::string> value = board.variable(*line[3].text());
   if (!value) return refused(value.error());
+  // a list is kept as its text
+  if (value->starts_with('(')) {
+    if (Result<Values> list = parse_text(*value)) return just_list(std::move(*list));
+  }
   return just_list(just(of(*value)));
 }
 
@@ -301,6 +251,22 @@ Outcome<Values> set_variable(IControlBoard& board, const Values& line) {
                                 ? *line[4].text()
                                 : format_text(Values(line.begin() + 4, line.end()));
   return done(board.set_variable(*line[3].text(), value));
+}
+
+// -- faults
+
+// number and sentence of what is wrong with a joint
+Outcome<Values> get_fault(const IControlBoard& board, const Values& line) {
+  if (text_of(line, 2) != "jhfl") return unknown("ijfl jhfl J is expected");
+  const Outcome<std::vector<int>> joints = asked_joints(line, 3, '\0', board.axes());
+  if (const auto* wrong = std::get_if<Refusal>(&joints)) return *wrong;
+  const Result<std::vector<ControlMode>> modes = board.control_modes();
+  if (!modes) return refused(modes.error());
+  const auto joint = static_cast<std::size_t>(std::get<std::vector<int>>(joints).front());
+  const bool broken = (*modes)[joint] == ControlMode::kFault;
+  Values values = just({broken ? 1LL : 0LL});
+  values.push_back(of(std::string(broken ? "the hardware has failed" : "")));
+  return values;
 }
 
 // -- calibration
@@ -323,21 +289,12 @@ Outcome<Values> set_calibration(IControlBoard& board, const Values& line) {
 
 std::optional<Outcome<Values>> get_motors(const IControlBoard& board, const Values& line) {
   const std::string_view what = text_of(line, 1);
-  for (const Quantity& quantity : kQuantities) {
-    if (what == quantity.one || what == quantity.all) return get_quantity(board, quantity, line, 1);
-  }
-  if (what == kDutyCycle.one) return get_quantity(board, kDutyCycle, line, 1);
-  if (what == "ipwm") {
-    if (text_of(line, 2) == kDutyCycle.one || text_of(line, 2) == kDutyCycle.all) {
-      return get_quantity(board, kDutyCycle, line, 2);
-    }
-    return unknown("ipwm pwm J or ipwm pwms is expected");
-  }
   if (what == "pid") return get_pid(board, line);
   if (what == "intm") return get_interaction(board, line);
   if (what == "iimp") return get_impedance(board, line);
   if (what == "ivar") return get_variable(board, line);
   if (what == "reca" && text_of(line, 2) == "isca") return just(yes());
+  if (what == "ijfl") return get_fault(board, line);
   return std::nullopt;
 }
 
@@ -371,7 +328,8 @@ std::optional<Outcome<Values>> order_motors(IControlBoard& board, const Values& 
 
 bool tells_no_time(const Values& line) {
   const std::string_view what = text_of(line, 1);
-  return what == "pid" || what == "ipwm" || what == "icur" || what == "ivar" || what == "reca";
+  return what == "pid" || what == "ipwm" || what == "icur" || what == "ivar" || what == "reca" ||
+         what == "ijfl";
 }
 
 }  // namespace nido

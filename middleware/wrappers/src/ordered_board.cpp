@@ -84,6 +84,31 @@ Status OrderedBoard::apply(ControlMode mode, std::span<const int> joints, std::s
   return board_.set_control_mode(joints, mode);
 }
 
+namespace {
+
+template <class Extra, class Board, class Ask>
+auto ask_extra(Board& board, const Ask& ask) -> decltype(ask(*dynamic_cast<Extra*>(&board))) {
+  if (auto* extra = dynamic_cast<Extra*>(&board)) return ask(*extra);
+  return Error{ErrorCode::kUnsupported, "this board does not have it"};
+}
+
+}  // namespace
+
+Result<std::vector<double>> OrderedBoard::commanded(ControlMode mode) const {
+  return ask_extra<const ICommanded>(board_, [&](const ICommanded& b) { return b.commanded(mode); });
+}
+Status OrderedBoard::set_position_limits(int joint, double min_rad, double max_rad) {
+  return ask_extra<ILimitSettings>(
+      board_, [&](ILimitSettings& b) { return b.set_position_limits(joint, min_rad, max_rad); });
+}
+Status OrderedBoard::set_velocity_limit(int joint, double max_rad_s) {
+  return ask_extra<ILimitSettings>(board_,
+                                   [&](ILimitSettings& b) { return b.set_velocity_limit(joint, max_rad_s); });
+}
+Result<std::vector<double>> OrderedBoard::greatest_currents() const {
+  return ask_extra<const ICurrentRange>(board_, [](const ICurrentRange& b) { return b.greatest_currents(); });
+}
+
 Status OrderedBoard::set_control_mode(std::span<const int> joints, ControlMode mode) {
   void_older(joints);
   return board_.set_control_mode(joints, mode);

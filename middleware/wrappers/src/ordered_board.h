@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "nido/interfaces/board_extras.h"
 #include "nido/interfaces/layered_board.h"
 #include "nido/middleware/time.h"
 
@@ -19,7 +20,10 @@ namespace nido {
 //
 // "Before" is told by the wall clock that both are written with: of one computer, or of two that keep the
 // same time. Thread-safe.
-class OrderedBoard final : public LayeredBoard {
+class OrderedBoard final : public LayeredBoard,
+                           public ICommanded,
+                           public ILimitSettings,
+                           public ICurrentRange {
  public:
   // `board` must outlive this.
   explicit OrderedBoard(IControlBoard& board);
@@ -62,6 +66,11 @@ class OrderedBoard final : public LayeredBoard {
   Status set_torques(std::span<const int> joints, std::span<const double> torque_Nm) override;
   Status set_duty_cycles(std::span<const int> joints, std::span<const double> duty_cycle) override;
   Status home(std::span<const int> joints) override;
+  // kUnsupported where the board below does not have it
+  [[nodiscard]] Result<std::vector<double>> commanded(ControlMode mode) const override;
+  Status set_position_limits(int joint, double min_rad, double max_rad) override;
+  Status set_velocity_limit(int joint, double max_rad_s) override;
+  [[nodiscard]] Result<std::vector<double>> greatest_currents() const override;
 
  private:
   [[nodiscard]] IControlBoard& inner() const override { return board_; }

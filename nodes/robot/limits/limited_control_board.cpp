@@ -88,7 +88,8 @@ LimitedControlBoard::LimitedControlBoard(IControlBoard& device, const IClock& cl
     : device_(device),
       clock_(clock),
       options_(std::move(options)),
-      limits_(std::move(limits)),
+      widest_(std::move(limits)),
+      limits_(widest_),
       streams_(limits_.size()),
       stepped_ns_(clock.now_ns()) {}
 
@@ -232,10 +233,13 @@ void LimitedControlBoard::report(int joint, const std::string& what) const {
                               options_.command_timeout_ns / 1'000'000));
 }
 
-int LimitedControlBoard::axes() const { return static_cast<int>(limits_.size()); }
+int LimitedControlBoard::axes() const { return static_cast<int>(widest_.size()); }
 Result<std::string> LimitedControlBoard::axis_name(int joint) const { return device_.axis_name(joint); }
 Result<JointReading> LimitedControlBoard::read_joints() const { return device_.read_joints(); }
-Result<std::vector<JointLimits>> LimitedControlBoard::limits() const { return limits_; }
+Result<std::vector<JointLimits>> LimitedControlBoard::limits() const {
+  const std::lock_guard lock(mutex_);
+  return limits_;
+}
 Result<std::vector<ControlMode>> LimitedControlBoard::control_modes() const {
   return device_.control_modes();
 }
@@ -282,6 +286,7 @@ Status LimitedControlBoard::move_to(std::span<const int> joints, std::span<const
 
 Status LimitedControlBoard::set_reference_speeds(std::span<const int> joints,
                                                  std::span<const double> speed_rad_s) {
+  const std::lock_guard lock(mutex_);
   if (Status valid = check_joint_magnitudes(axes(), joints, speed_rad_s); !valid) return valid;
   if (Status may = may_command(); !may) return may;
   std::vector<double> clamped(speed_rad_s.begin(), speed_rad_s.end());
@@ -349,6 +354,69 @@ Status LimitedControlBoard::set_torques(std::span<const int> joints, std::span<c
 }
 Status LimitedControlBoard::set_duty_cycles(std::span<const int> joints, std::span<const double> duty_cycle) {
   return stream(ControlMode::kPwm, joints, duty_cycle);
+}
+
+Result<std::vector<double>> LimitedControlBoard::commanded(ControlMode mode) const {
+  const std::lock_guard lock(mutex_);
+  std::vector<double> values(streams_.size(), 0.0);
+  if (mode == ControlMode::kDirect) {
+    Result<std::vector<double>> targets = device_.target_positions();
+    if (!targets) return targets.error();
+    values = std::move(*targets);
+  }
+  for (std::size_t i = 0; i < streams_.size(); ++i) {
+    if (is_streamed(mode) && streams_[i].mode == mode) values[i] = streams_[i].wanted;
+  }
+  return values;
+}
+
+Status LimitedControlBoard::set_position_limits(int joint, double min_rad, double max_rad) {
+  const int joints[] = {joint};
+  if (Status valid = check_joints(axes(), joints); !valid) return valid;
+  const std::lock_guard lock(mutex_);
+  if (Status may = may_command(); !may) return may;
+  const JointLimits& widest = widest_[at(joint)];
+  const double low_rad = std::clamp(min_rad, widest.min_rad, widest.max_rad);
+  const double high_rad = std::clamp(max_rad, widest.min_rad, widest.max_rad);
+  if (!std::isfinite(min_rad) || !std::isfinite(max_rad) || !(low_rad < high_rad)) {
+    return Error{ErrorCode::kInvalidArgument,
+                 fmt::format("limits {} to {} rad of joint {} leave nothing: it can go from {} to {}",
+                             min_rad, max_rad, joint, widest.min_rad, widest.max_rad)};
+  }
+  const Result<std::vector<bool>> done = device_.motion_done();
+  if (!done) return done.error();
+  const Result<std::vector<double>> targets = device_.target_positions();
+  if (!targets) return targets.error();
+  limits_[at(joint)].min_rad = low_rad;
+  limits_[at(joint)].max_rad = high_rad;
+  Stream& stream = streams_[at(joint)];
+  if (stream.mode == ControlMode::kDirect) stream.wanted = std::clamp(stream.wanted, low_rad, high_rad);
+  const double target_rad[] = {std::clamp((*targets)[at(joint)], low_rad, high_rad)};
+  if (is_streamed(stream.mode) || (*done)[at(joint)] || target_rad[0] == (*targets)[at(joint)]) return {};
+  return device_.move_to(joints, target_rad);
+}
+
+Status LimitedControlBoard::set_velocity_limit(int joint, double max_rad_s) {
+  const int joints[] = {joint};
+  const double speed_rad_s[] = {max_rad_s};
+  if (Status valid = check_joint_magnitudes(axes(), joints, speed_rad_s); !valid) return valid;
+  const std::lock_guard lock(mutex_);
+  if (Status may = may_command(); !may) return may;
+  const Result<std::vector<double>> speeds = device_.reference_speeds();
+  if (!speeds) return speeds.error();
+  JointLimits& limits = limits_[at(joint)];
+  limits.max_velocity_rad_s = std::min(max_rad_s, widest_[at(joint)].max_velocity_rad_s);
+  Stream& stream = streams_[at(joint)];
+  if (stream.mode == ControlMode::kVelocity)
+    stream.wanted = clamp_command(stream.mode, limits, stream.wanted);
+  if ((*speeds)[at(joint)] <= limits.max_velocity_rad_s) return {};
+  return device_.set_reference_speeds(joints, {&limits.max_velocity_rad_s, 1});
+}
+
+Result<std::vector<double>> LimitedControlBoard::greatest_currents() const {
+  if (const auto* currents = dynamic_cast<const ICurrentRange*>(&device_))
+    return currents->greatest_currents();
+  return Error{ErrorCode::kUnsupported, "the currents of this board are not known"};
 }
 
 std::vector<std::string> describe_limits(const std::string& part, const IControlBoard& board) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "limits/safety.h"
+#include "nido/interfaces/board_extras.h"
 #include "nido/interfaces/clock.h"
 #include "nido/interfaces/control_board.h"
 #include "nido/interfaces/device.h"
@@ -35,7 +36,11 @@ struct LimitOptions {
 // - while the robot's safety forbids it nothing is commanded at all; joints stop once when the emergency stop
 // comes.
 // Call step_to() once a control period, after the commands and before the device's own step. Thread-safe.
-class LimitedControlBoard final : public LayeredBoard, public ISteppable {
+class LimitedControlBoard final : public LayeredBoard,
+                                  public ICommanded,
+                                  public ILimitSettings,
+                                  public ICurrentRange,
+                                  public ISteppable {
  public:
   // `device` and `clock` must outlive the layer. Fails when the device tells no limits or limits that are out
   // of order.
@@ -71,6 +76,11 @@ class LimitedControlBoard final : public LayeredBoard, public ISteppable {
   Status set_interaction_mode(std::span<const int> joints, InteractionMode mode) override;
   Status set_impedances(std::span<const int> joints, std::span<const Impedance> impedances) override;
   Status set_variable(const std::string& name, const std::string& value) override;
+  [[nodiscard]] Result<std::vector<double>> commanded(ControlMode mode) const override;
+  // A motion on its way to beyond the new limits ends at them.
+  Status set_position_limits(int joint, double min_rad, double max_rad) override;
+  Status set_velocity_limit(int joint, double max_rad_s) override;
+  [[nodiscard]] Result<std::vector<double>> greatest_currents() const override;
 
  private:
   [[nodiscard]] IControlBoard& inner() const override { return device_; }
@@ -99,8 +109,9 @@ class LimitedControlBoard final : public LayeredBoard, public ISteppable {
   IControlBoard& device_;
   const IClock& clock_;
   const LimitOptions options_;
-  const std::vector<JointLimits> limits_;
+  const std::vector<JointLimits> widest_;  // what the device can and its robot file allows
   mutable std::mutex mutex_;
+  std::vector<JointLimits> limits_;  // in force
   std::vector<Stream> streams_;
   std::int64_t stepped_ns_ = 0;
   bool is_halted_ = false;  // the emergency stop has been carried out

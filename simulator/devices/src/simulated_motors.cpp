@@ -1,8 +1,11 @@
 // What lies under the joints of a simulated board.
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <array>
 #include <mutex>
+#include <string_view>
 
 #include "nido/interfaces/check_motors.h"
 #include "nido/simulator/devices/simulated_control_board.h"
@@ -21,9 +24,30 @@ Error no_loop(PidLoop loop) {
 
 double share(double torque_Nm, double most_Nm) { return most_Nm > 0 ? torque_Nm / most_Nm : 0.0; }
 
+// current at the greatest torque, of every motor
+constexpr double kGreatestCurrent_A = 3.0;
+
+// Joints turn as their motors do, so couplings and gears are 1; there is no encoder of a rotor, no sensor of
+// hall or temperature, and no loop of current.
+constexpr std::string_view kCouplings = "kinematic_mj";
+struct Variable {
+  std::string_view name;
+  std::string_view of_each_joint;
+};
+constexpr auto kVariables = std::to_array<Variable>({{"rotor", "0.0"},
+                                                     {"gearbox", "1.0"},
+                                                     {"zeros", "0.0"},
+                                                     {"hasHallSensor", "0"},
+                                                     {"hasTempSensor", "0"},
+                                                     {"hasRotorEncoder", "0"},
+                                                     {"rotorIndexOffset", "0"},
+                                                     {"motorPoles", "0"},
+                                                     {"pidCurrentKp", "0.0"},
+                                                     {"pidCurrentKi", "0.0"},
+                                                     {"pidCurrentShift", "0.0"}});
+
 Error no_variable(const std::string& name) {
-  return Error{ErrorCode::kNotFound,
-               fmt::format("there is no variable '{}': the simulated boards have none", name.substr(0, 40))};
+  return Error{ErrorCode::kNotFound, fmt::format("there is no variable '{}'", name.substr(0, 40))};
 }
 
 }  // namespace
@@ -37,8 +61,14 @@ Result<MotorReading> SimulatedControlBoard::read_motors() const {
     reading.position_rad.push_back(states[i].position_rad);
     reading.velocity_rad_s.push_back(states[i].velocity_rad_s);
     reading.duty_cycle.push_back(share(states[i].torque_Nm, joints_[i].max_torque_Nm));
+    reading.current_A.push_back(reading.duty_cycle.back() * kGreatestCurrent_A);
   }
+  reading.acceleration_rad_s2.assign(states.size(), 0.0);  // as of the joints: not measured
   return reading;
+}
+
+Result<std::vector<double>> SimulatedControlBoard::greatest_currents() const {
+  return std::vector<double>(joints_.size(), kGreatestCurrent_A);
 }
 
 Result<std::vector<bool>> SimulatedControlBoard::amplifiers_on() const {
@@ -51,7 +81,7 @@ Result<std::vector<bool>> SimulatedControlBoard::amplifiers_on() const {
 }
 
 Result<std::vector<Pid>> SimulatedControlBoard::pids(PidLoop loop) const {
-  if (loop != PidLoop::kPosition) return no_loop(loop);
+  if (loop != PidLoop::kPosition) return std::vector<Pid>(joints_.size());
   const std::lock_guard lock(robot_->mutex());
   std::vector<Pid> gains;
   for (const JointState& state : robot_->simulation().joints(part_)) gains.push_back(position_gains(state));
@@ -80,14 +110,18 @@ Status SimulatedControlBoard::set_pids(PidLoop loop, std::span<const int> joints
 }
 
 Result<PidReading> SimulatedControlBoard::read_pids(PidLoop loop) const {
-  if (loop != PidLoop::kPosition) return no_loop(loop);
   const std::lock_guard lock(robot_->mutex());
   const std::span<const JointState> states = robot_->simulation().joints(part_);
   PidReading reading;
   for (std::size_t i = 0; i < states.size(); ++i) {
-    reading.reference.push_back(states[i].reference_rad);
-    reading.error.push_back(states[i].reference_rad - states[i].position_rad);
-    reading.output.push_back(share(states[i].torque_Nm, joints_[i].max_torque_Nm));
+    const double output = share(states[i].torque_Nm, joints_[i].max_torque_Nm);
+    const double measured = loop == PidLoop::kPosition   ? states[i].position_rad
+                            : loop == PidLoop::kVelocity ? states[i].velocity_rad_s
+                            : loop == PidLoop::kTorque   ? states[i].torque_Nm
+                                                         : output * kGreatestCurrent_A;
+    reading.reference.push_back(loop == PidLoop::kPosition ? states[i].reference_rad : measured);
+    reading.error.push_back(reading.reference.back() - measured);
+    reading.output.push_back(output);
   }
   return reading;
 }
@@ -131,13 +165,28 @@ Status SimulatedControlBoard::home(std::span<const int> joints) {
 }
 
 Result<std::vector<std::string>> SimulatedControlBoard::variable_names() const {
-  return std::vector<std::string>();
+  std::vector<std::string> names = {std::string(kCouplings)};
+  for (const Variable& variable : kVariables) names.emplace_back(variable.name);
+  return names;
 }
+
 Result<std::string> SimulatedControlBoard::variable(const std::string& name) const {
+  const std::size_t n = joints_.size();
+  if (name == kCouplings) {
+    std::vector<std::string_view> matrix(n * n, "0");
+    for (std::size_t i = 0; i < n; ++i) matrix[i * n + i] = "1";
+    return fmt::format("{}", fmt::join(matrix, " "));
+  }
+  for (const Variable& variable : kVariables) {
+    if (name != variable.name) continue;
+    return fmt::format("({})", fmt::join(std::vector<std::string_view>(n, variable.of_each_joint), " "));
+  }
   return no_variable(name);
 }
+
 Status SimulatedControlBoard::set_variable(const std::string& name, const std::string&) {
-  return no_variable(name);
+  if (!variable(name)) return no_variable(name);
+  return Error{ErrorCode::kUnsupported, fmt::format("'{}' of the simulated motors is fixed", name)};
 }
 
 }  // namespace nido::sim

@@ -5,6 +5,7 @@
 #include <string_view>
 #include <vector>
 
+#include "nido/interfaces/board_extras.h"
 #include "nido/interfaces/control_board.h"
 #include "nido/simulator/devices/simulated_robot.h"
 
@@ -12,7 +13,7 @@ namespace nido::sim {
 
 // One part of the simulated robot as a control board. Trajectories of mode position are minimum-jerk with the
 // reference speed: accelerations cannot be set. Thread-safe.
-class SimulatedControlBoard final : public IControlBoard {
+class SimulatedControlBoard final : public IControlBoard, public ICurrentRange {
  public:
   // part: "head", "torso", "left_arm", ... kInvalidArgument, with the names that exist, for any other.
   static Result<std::unique_ptr<SimulatedControlBoard>> create(std::shared_ptr<SimulatedRobot> robot,
@@ -37,9 +38,10 @@ class SimulatedControlBoard final : public IControlBoard {
   Status set_velocities(std::span<const int> joints, std::span<const double> velocity_rad_s) override;
   Status set_torques(std::span<const int> joints, std::span<const double> torque_Nm) override;
   Status set_duty_cycles(std::span<const int> joints, std::span<const double> duty_cycle) override;
-  // Motors turn as their joints do, and measure neither current nor temperature; their duty cycle is the
-  // torque by the greatest one. Of the loops there is the one of position: its kp can be set, 1..100 1/s. The
-  // joints are stiff.
+  // Motors turn as their joints do, and do not measure their temperature; duty cycle and current go with the
+  // torque, 3 A at the greatest one. Of the loops the one of position has a gain: its kp can be set, 1..100
+  // 1/s; the others have none, what is wanted of them is there as far as the torque goes. The joints are
+  // stiff.
   [[nodiscard]] Result<MotorReading> read_motors() const override;
   [[nodiscard]] Result<std::vector<bool>> amplifiers_on() const override;
   [[nodiscard]] Result<std::vector<Pid>> pids(PidLoop loop) const override;
@@ -54,7 +56,9 @@ class SimulatedControlBoard final : public IControlBoard {
   Status home(std::span<const int> joints) override;
   [[nodiscard]] Result<std::vector<std::string>> variable_names() const override;
   [[nodiscard]] Result<std::string> variable(const std::string& name) const override;
+  // What programs for the iCub want to know of its motors, as far as simulated ones have it; fixed.
   Status set_variable(const std::string& name, const std::string& value) override;
+  [[nodiscard]] Result<std::vector<double>> greatest_currents() const override;
 
  private:
   SimulatedControlBoard(std::shared_ptr<SimulatedRobot> robot, int part);
