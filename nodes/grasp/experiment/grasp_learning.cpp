@@ -11,10 +11,10 @@
 #include <fstream>
 #include <mutex>
 #include <nlohmann/json.hpp>
-#include <thread>
 #include <vector>
 
-#include "nido/experiment/launched_app.h"
+#include "nido/experiment/domain.h"
+#include "nido/experiment/kept.h"
 #include "nido/report/experiment_cli.h"
 #include "nido/report/progress.h"
 #include "nido/report/report.h"
@@ -31,7 +31,7 @@ constexpr std::uint64_t kValidationSeeds = 1'000'000;
 
 struct Request : ExperimentRequest {
   int attempts = kPaperRun;
-  int domain = 60;
+  int domain = kFreeDomain;
   std::vector<std::string> objects = {"blue cube"};
   std::string weights;
   double pull_N = 0;
@@ -92,23 +92,11 @@ std::string command_of(const Request& request) {
 
 // One run of the app in `out`, with settings of its own besides those of all; its attempts.
 Result<std::vector<Attempt>> run_attempts(const Request& request, const std::filesystem::path& out,
-                                          std::uint64_t seed, int lane, int attempts,
+                                          std::uint64_t seed, int domain, int attempts,
                                           const std::vector<std::string>& settings,
                                           const std::string& world) {
-  std::error_code failure;
-  std::filesystem::create_directories(out, failure);
-  if (failure) return Error{ErrorCode::kFailed, out.string() + ": " + failure.message()};
-  std::vector<std::string> arguments = {"--seed",
-                                        std::to_string(seed),
-                                        "--rate",
-                                        "max",
-                                        "--lockstep",
-                                        "--world",
-                                        world,
-                                        "--domain",
-                                        std::to_string(request.domain + lane),
-                                        "--out",
-                                        (out / "run").string()};
+  std::vector<std::string> arguments = {
+      "--seed", std::to_string(seed), "--rate", "max", "--lockstep", "--world", world};
   std::vector<std::string> sets = {fmt::format("grasp_trials.attempts={}", attempts),
                                    fmt::format("grasp_trials.objects=[{}]", fmt::join(request.objects, ", ")),
                                    fmt::format("grasp_trials.pull_N={}", request.pull_N),
@@ -119,8 +107,8 @@ Result<std::vector<Attempt>> run_attempts(const Request& request, const std::fil
     arguments.emplace_back("--set");
     arguments.push_back(set);
   }
-  const Status done = run_app("grasp_learning", arguments, (out / "launch.log").string());
-  if (!done) return done.error();
+  if (const Status done = run_app_once({"grasp_learning", arguments, out.string()}, domain); !done)
+    return done.error();
   std::ifstream file(out / "run" / "trials.json");
   const auto rows = nlohmann::json::parse(file, nullptr, false);
   if (!rows.is_array())
@@ -131,18 +119,18 @@ Result<std::vector<Attempt>> run_attempts(const Request& request, const std::fil
   return results;
 }
 
-// One learning run through the app, and one that only tests; the `lane`-th of those that go side by side.
-Result<Run> learn(const Request& request, std::uint64_t seed, int lane) {
+// One learning run through the app, and one that only tests.
+Result<Run> learn(const Request& request, std::uint64_t seed, int domain) {
   const std::filesystem::path out = folder_of(request, seed);
   auto learned = run_attempts(
-      request, out, seed, lane, request.attempts,
+      request, out, seed, domain, request.attempts,
       {fmt::format("grasp_trials.until_max={}", request.until_max), "grasp.command=" + command_of(request)},
       "grasp_trial");
   if (!learned) return learned.error();
   Run run{seed, std::move(*learned), {}};
   if (request.validate > 0) {
     auto tested = run_attempts(
-        request, out / "validation", request.seed + kValidationSeeds, lane, request.validate,
+        request, out / "validation", request.seed + kValidationSeeds, domain, request.validate,
         {"grasp.mode=test", "grasp.weights=" + (out / "run" / "grasp.txt").string(), "grasp_trials.x_m=-0.32",
          "grasp_trials.y_m=0.06", "grasp_trials.spread_m=0.06", "grasp_trials.beside=side basket"},
         "grasp_validation");
@@ -252,54 +240,30 @@ Status copy_weights(const Request& request, const std::vector<Run>& runs) {
 
 Status run(const Request& request) {
   const auto started = std::chrono::steady_clock::now();
+  const int jobs = std::min(request.jobs, request.trials);
+  const auto domains = take_domains(request.domain, jobs);
+  if (!domains) return domains.error();
+  const auto report_of = [&](const std::vector<Run>& done) {
+    Report report = make_report(request, done);
+    report.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
+    return report;
+  };
   std::mutex mutex;
   std::vector<Run> runs;
-  Status failure;
-  int next = 0;
   const InterruptFlag interrupt;
   ProgressBar progress("learning", request.trials);
-  const auto work = [&](int lane) {
-    while (true) {
-      std::uint64_t seed = 0;
-      {
-        const std::scoped_lock lock(mutex);
-        if (!failure || next >= request.trials || interrupt.raised()) return;
-        seed = request.seed + static_cast<std::uint64_t>(next++);
-      }
-      auto learned = learn(request, seed, lane);
-      const std::scoped_lock lock(mutex);
-      if (!learned) {
-        if (failure) failure = learned.error();
-        return;
-      }
-      runs.push_back(std::move(*learned));
-      Report report = make_report(request, runs);
-      report.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
-      if (const Status saved = report.save(request.out); !saved && failure) failure = saved;
-      progress.update(static_cast<long>(runs.size()),
-                      fmt::format("seed {}: {} attempts", seed, runs.back().to_max()));
-    }
-  };
-  {
-    std::vector<std::jthread> lanes;
-    for (int lane = 0; lane < std::min(request.jobs, request.trials); ++lane) lanes.emplace_back(work, lane);
-  }
-  const bool interrupted = !failure && failure.error().code == ErrorCode::kInterrupted;
-  if (!failure && !(interrupted && !runs.empty())) return failure;
-  if (runs.empty()) return Error{ErrorCode::kInterrupted, "interrupted before the first run ended"};
-  const Report report = make_report(request, runs);
-  if (!request.weights.empty()) {
-    if (const Status copied = copy_weights(request, runs); !copied) return copied;
-  }
-  for (const auto& [name, metric] : report.metrics) {
-    fmt::print("{:<32} {:.4g}{}{}\n", name, metric.value,
-               metric.ci95 ? fmt::format("  ({:.3g} to {:.3g}, n = {})", (*metric.ci95)[0], (*metric.ci95)[1],
-                                         metric.n)
-                           : "",
-               metric.paper ? fmt::format("  [paper {}]", *metric.paper) : "");
-  }
-  fmt::print("{}/report.html\n", request.out);
-  return {};
+  Status failure = side_by_side(request.trials, *domains, interrupt, [&](int piece, int domain) -> Status {
+    auto learned = learn(request, request.seed + static_cast<std::uint64_t>(piece), domain);
+    if (!learned) return learned.error();
+    const std::scoped_lock lock(mutex);
+    runs.push_back(std::move(*learned));
+    progress.update(static_cast<long>(runs.size()),
+                    fmt::format("seed {}: {} attempts", runs.back().seed, runs.back().to_max()));
+    return report_of(runs).save(request.out);
+  });
+  if (failure && !interrupt.raised() && !request.weights.empty()) failure = copy_weights(request, runs);
+  const bool nothing = runs.empty();
+  return end_of_run(nothing ? Report{} : report_of(runs), request.out, nothing, interrupt.raised(), failure);
 }
 
 }  // namespace
@@ -335,9 +299,7 @@ int main(int argc, char** argv) {
   app.add_option("--objects", request.objects, "taken in turn: blue cube, red ball, teddy bear")
       ->delimiter(',')
       ->capture_default_str();
-  app.add_option("--domain", request.domain, "DDS domain of the first job, the others follow")
-      ->check(CLI::Range(0, 101))
-      ->capture_default_str();
+  nido::add_domain_option(app, request.domain);
   if (const auto code = nido::parse_experiment(app, argc, argv)) return *code;
   return nido::end_experiment(nido::grasp::run(request));
 }

@@ -10,10 +10,10 @@
 #include <map>
 #include <mutex>
 #include <nlohmann/json.hpp>
-#include <thread>
 #include <vector>
 
-#include "nido/experiment/launched_app.h"
+#include "nido/experiment/domain.h"
+#include "nido/experiment/kept.h"
 #include "nido/launcher/paths.h"
 #include "nido/report/experiment_cli.h"
 #include "nido/report/progress.h"
@@ -27,7 +27,7 @@ namespace fs = std::filesystem;
 
 struct Request : ExperimentRequest {
   int block = 10;
-  int domain = 62;
+  int domain = kFreeDomain;
 };
 
 // Templates for the eyes: what they know, and the bodies of the unseen things, named as the robot can be
@@ -75,8 +75,8 @@ Status write_templates(const fs::path& path) {
   return out ? Status{} : Status{Error{ErrorCode::kFailed, "cannot write " + path.string()}};
 }
 
-// Things first .. first + count - 1, through the app; the `lane`-th of those runs that go side by side.
-Result<std::vector<nlohmann::json>> try_block(const Request& request, int first, int count, int lane) {
+// Things first .. first + count - 1, through the app.
+Result<std::vector<nlohmann::json>> try_block(const Request& request, int first, int count, int domain) {
   const fs::path out = fs::absolute(fs::path(request.out) / fmt::format("things-{:04d}", first));
   const fs::path results = out / "run" / "success.json";
   const auto read = [&]() {
@@ -89,13 +89,13 @@ Result<std::vector<nlohmann::json>> try_block(const Request& request, int first,
   if (failure) return Error{ErrorCode::kFailed, out.string() + ": " + failure.message()};
   const fs::path templates = out / "templates.yaml";
   if (const Status written = write_templates(templates); !written) return written.error();
-  const Status done = run_app(
-      "grasp_success",
-      {"--seed", std::to_string(request.seed), "--rate", "max", "--lockstep", "--domain",
-       std::to_string(request.domain + lane), "--out", (out / "run").string(), "--set",
-       fmt::format("grasp_success.first={}", first), "--set", "vision.templates=" + templates.string(),
-       "--set", fmt::format("grasp_success.count={}", count)},
-      (out / "launch.log").string());
+  const Status done = run_app_once(
+      {"grasp_success",
+       {"--seed", std::to_string(request.seed), "--rate", "max", "--lockstep", "--set",
+        fmt::format("grasp_success.first={}", first), "--set", "vision.templates=" + templates.string(),
+        "--set", fmt::format("grasp_success.count={}", count)},
+       out.string()},
+      domain);
   if (!done) return done.error();
   auto rows = read();
   if (static_cast<int>(rows.size()) != count)
@@ -181,54 +181,30 @@ Report make_report(const Request& request, std::vector<nlohmann::json> rows) {
 
 Status run(const Request& request) {
   const auto started = std::chrono::steady_clock::now();
+  const auto domains = take_domains(request.domain, std::min(request.jobs, request.trials));
+  if (!domains) return domains.error();
+  const auto report_of = [&](const std::vector<nlohmann::json>& tried) {
+    Report report = make_report(request, tried);
+    report.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
+    return report;
+  };
   std::mutex mutex;
   std::vector<nlohmann::json> rows;
-  Status failure;
-  int next = 0;
   const InterruptFlag interrupt;
   ProgressBar progress("grasping", request.trials);
-  const auto work = [&](int lane) {
-    while (true) {
-      int first = 0;
-      int count = 0;
-      {
-        const std::scoped_lock lock(mutex);
-        if (!failure || next >= request.trials || interrupt.raised()) return;
-        first = next;
-        count = std::min(request.block, request.trials - next);
-        next += count;
-      }
-      auto tried = try_block(request, first, count, lane);
-      const std::scoped_lock lock(mutex);
-      if (!tried) {
-        if (failure) failure = tried.error();
-        return;
-      }
-      rows.insert(rows.end(), tried->begin(), tried->end());
-      Report report = make_report(request, rows);
-      report.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
-      if (const Status saved = report.save(request.out); !saved && failure) failure = saved;
-      const auto held = std::count_if(rows.begin(), rows.end(),
-                                      [](const auto& row) { return row["success"].template get<bool>(); });
-      progress.update(static_cast<long>(rows.size()), fmt::format("{} held", held));
-    }
-  };
-  {
-    std::vector<std::jthread> lanes;
-    for (int lane = 0; lane < std::min(request.jobs, request.trials); ++lane) lanes.emplace_back(work, lane);
-  }
-  if (rows.empty())
-    return failure ? Status{Error{ErrorCode::kInterrupted, "interrupted before the first things were tried"}}
-                   : failure;
-  const Report report = make_report(request, rows);
-  for (const auto& [name, metric] : report.metrics) {
-    fmt::print("{:<32} {:.4g}{}\n", name, metric.value,
-               metric.ci95 ? fmt::format("  ({:.3g} to {:.3g}, n = {})", (*metric.ci95)[0], (*metric.ci95)[1],
-                                         metric.n)
-                           : "");
-  }
-  fmt::print("{}/report.html\n", request.out);
-  return failure;
+  const int blocks = (request.trials + request.block - 1) / request.block;
+  const Status failure = side_by_side(blocks, *domains, interrupt, [&](int piece, int domain) -> Status {
+    const int first = piece * request.block;
+    auto tried = try_block(request, first, std::min(request.block, request.trials - first), domain);
+    if (!tried) return tried.error();
+    const std::scoped_lock lock(mutex);
+    rows.insert(rows.end(), tried->begin(), tried->end());
+    const auto held = std::count_if(rows.begin(), rows.end(),
+                                    [](const auto& row) { return row["success"].template get<bool>(); });
+    progress.update(static_cast<long>(rows.size()), fmt::format("{} held", held));
+    return report_of(rows).save(request.out);
+  });
+  return end_of_run(report_of(rows), request.out, rows.empty(), interrupt.raised(), failure);
 }
 
 }  // namespace
@@ -244,9 +220,7 @@ int main(int argc, char** argv) {
   app.add_option("--block", request.block, "things that one start of the robot tries")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
-  app.add_option("--domain", request.domain, "DDS domain of the first job, the others follow")
-      ->check(CLI::Range(0, 101))
-      ->capture_default_str();
+  nido::add_domain_option(app, request.domain);
   if (const auto code = nido::parse_experiment(app, argc, argv)) return *code;
   return nido::end_experiment(nido::grasp::run(request));
 }

@@ -18,6 +18,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "nido/experiment/domain.h"
 #include "nido/launcher/paths.h"
 #include "nido/report/experiment_cli.h"
 #include "nido/report/progress.h"
@@ -39,7 +40,7 @@ struct Request : ExperimentRequest {
   std::string robot;
   std::vector<std::string> app_set;  // KEY=VALUE, for the app
   bool fresh = false;                // forget the trials of an earlier run
-  int domain = 0;                    // of the first job; 0: chosen
+  int domain = kFreeDomain;          // of the first job
   double limit_s = 600.0;            // of wall time for one trial
 };
 
@@ -219,7 +220,9 @@ Report make_report(const Request& request, const std::vector<Trial>& trials) {
 
 class Experiment {
  public:
-  Experiment(Request request, fs::path nido) : request_(std::move(request)), nido_(std::move(nido)) {}
+  // `domains`: one for each job
+  Experiment(Request request, std::vector<DomainLease> domains, fs::path nido)
+      : request_(std::move(request)), domains_(std::move(domains)), nido_(std::move(nido)) {}
 
   Status run() {
     started_ = std::chrono::steady_clock::now();
@@ -307,7 +310,9 @@ class Experiment {
     job.started = std::chrono::steady_clock::now();
     std::set<int> used;
     for (const Running& other : running_) used.insert(other.domain);
-    for (job.domain = request_.domain; used.contains(job.domain);) ++job.domain;
+    for (const DomainLease& domain : domains_) {
+      if (!used.contains(domain.number())) job.domain = domain.number();
+    }
     ++next_;
     std::vector<std::string> arguments = {nido_.string(),
                                           "launch",
@@ -378,6 +383,7 @@ class Experiment {
   }
 
   Request request_;
+  std::vector<DomainLease> domains_;
   fs::path nido_;
   std::chrono::steady_clock::time_point started_;
   int next_ = 0;
@@ -397,12 +403,9 @@ Status run(Request request) {
     request.say.clear();
     for (const Phrase& phrase : book->phrases) request.say.push_back(phrase.text);
   }
-  // domains of their own, so that parallel trials and other systems on this computer do not meet
-  constexpr int kLowest = 100;
-  constexpr int kRange = 100;
-  if (request.domain == 0)
-    request.domain = kLowest + static_cast<int>(getpid() * 13L % (kRange - request.jobs));
-  Experiment experiment(request, places->programs / "nido");
+  auto domains = take_domains(request.domain, std::min(request.jobs, request.trials));
+  if (!domains) return domains.error();
+  Experiment experiment(request, std::move(*domains), places->programs / "nido");
   const Status status = experiment.run();
   if (const Status saved = save_and_print(experiment.report(), request.out); !saved) return saved;
   return status;
@@ -432,9 +435,7 @@ int main(int argc, char** argv) {
                  "KEY=VALUE for the app, as of nido launch --set; may come again");
   app.add_flag("--fresh", request.fresh,
                "does trials again that an earlier run into the same folder completed");
-  app.add_option("--domain", request.domain,
-                 "DDS domain of the first job, the others follow (default: chosen)")
-      ->check(CLI::Range(1, 200));
+  nido::add_domain_option(app, request.domain);
   app.add_option("--limit", request.limit_s, "wall time for one trial, s")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();

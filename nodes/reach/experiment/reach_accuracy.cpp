@@ -6,10 +6,14 @@
 #include <chrono>
 #include <filesystem>
 #include <fstream>
+#include <mutex>
 #include <nlohmann/json.hpp>
+#include <optional>
 
-#include "nido/experiment/launched_app.h"
+#include "nido/experiment/domain.h"
+#include "nido/experiment/kept.h"
 #include "nido/report/experiment_cli.h"
+#include "nido/report/progress.h"
 #include "nido/report/report.h"
 #include "nido/report/statistics.h"
 
@@ -17,7 +21,8 @@ namespace nido::reach {
 namespace {
 
 struct Request : ExperimentRequest {
-  int domain = 51;
+  int block = 31;
+  int domain = kFreeDomain;
 };
 
 struct Controller {
@@ -28,31 +33,44 @@ struct Controller {
 constexpr Controller kControllers[] = {{"learned", "", "learned controller"},
                                        {"network", "paper_network.", "the paper's network alone"}};
 
-Result<nlohmann::json> trials_of(const Request& request, const Controller& controller) {
-  const std::filesystem::path out = std::filesystem::absolute(request.out);
-  const std::filesystem::path file = out / fmt::format("trials_{}.json", controller.name);
-  fmt::print("{}: {} balls\n", controller.title, request.trials);
-  std::fflush(stdout);
-  const Status ran = run_app(
-      "reach_accuracy",
-      {"--seed", std::to_string(request.seed), "--rate", "max", "--lockstep", "--domain",
-       std::to_string(request.domain), "--out", (out / controller.name).string(), "--set",
-       fmt::format("trials.trials={}", request.trials), "--set", fmt::format("trials.file={}", file.string()),
-       "--set", fmt::format("reach.controller={}", controller.name)},
-      (out / fmt::format("{}.log", controller.name)).string());
+// One start of the robot: balls at places that its seed draws.
+struct Block {
+  Controller controller;
+  std::uint64_t seed = 1;
+  int balls = 0;
+};
+
+std::vector<Block> blocks(const Request& request) {
+  std::vector<Block> all;
+  for (const Controller& controller : kControllers) {
+    for (int first = 0; first < request.trials; first += request.block) {
+      all.push_back({controller, request.seed + 1000 * static_cast<std::uint64_t>(first / request.block),
+                     std::min(request.block, request.trials - first)});
+    }
+  }
+  return all;
+}
+
+Result<nlohmann::json> trials_of(const Request& request, const Block& block, int domain) {
+  const std::filesystem::path out = std::filesystem::absolute(
+      std::filesystem::path(request.out) / fmt::format("{}-{}", block.controller.name, block.seed));
+  const std::filesystem::path file = out / "trials.json";
+  const Status ran = run_app_once(
+      {"reach_accuracy",
+       {"--seed", std::to_string(block.seed), "--rate", "max", "--lockstep", "--set",
+        fmt::format("trials.trials={}", block.balls), "--set", fmt::format("trials.file={}", file.string()),
+        "--set", fmt::format("reach.controller={}", block.controller.name)},
+       out.string()},
+      domain);
+  if (!ran) return ran.error();
   std::ifstream stream(file);
   auto json = nlohmann::json::parse(stream, nullptr, false);
   const bool readable = json.is_object() && json.contains("trials") && json["trials"].is_array();
-  if (!ran && !(ran.error().code == ErrorCode::kInterrupted && readable)) return ran.error();
   if (!readable) return Error{ErrorCode::kFailed, file.string() + ": no results"};
   return json;
 }
 
-Status run(const Request& request) {
-  const auto started = std::chrono::steady_clock::now();
-  std::error_code failure;
-  std::filesystem::create_directories(request.out, failure);
-  if (failure) return Error{ErrorCode::kFailed, request.out + ": " + failure.message()};
+Report make_report(const Request& request, const std::vector<std::optional<nlohmann::json>>& done) {
   Report report;
   report.name = "reach-accuracy";
   report.title = "How near the hand comes";
@@ -69,10 +87,14 @@ Status run(const Request& request) {
   report.trials = request.trials;
   report.robot = "icub_sim";
   report.world = "empty";
+  const std::vector<Block> all = blocks(request);
   for (const Controller& controller : kControllers) {
-    auto json = trials_of(request, controller);
-    if (!json) return json.error();
-    report.sim_s += json->value("sim_s", 0.0);
+    nlohmann::json trials = nlohmann::json::array();
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      if (!done[i] || std::string_view(all[i].controller.name) != controller.name) continue;
+      report.sim_s += done[i]->value("sim_s", 0.0);
+      for (const auto& trial : (*done[i])["trials"]) trials.push_back(trial);
+    }
     std::vector<double> errors;
     std::vector<double> seen_errors;
     std::array<Plot, 3> plots;
@@ -84,7 +106,7 @@ Status run(const Request& request) {
       plots[axis].series = {{"ball", {}, false}, {"hand", {}, false}};
     }
     int not_seen = 0;
-    for (const auto& trial : (*json)["trials"]) {
+    for (const auto& trial : trials) {
       Row row = {{"controller", std::string(controller.name)}, {"outcome", trial.value("outcome", "")}};
       if (!trial.contains("hand_error_m")) {
         ++not_seen;
@@ -105,7 +127,7 @@ Status run(const Request& request) {
     }
     const std::string prefix = controller.prefix;
     const auto n = static_cast<long>(errors.size());
-    if (n == 0) return Error{ErrorCode::kFailed, fmt::format("{}: no ball was seen", controller.title)};
+    if (n == 0) continue;  // not yet
     report.add(prefix + "hand_error_m.median", median_metric(errors, "m"));
     report.add(prefix + "hand_error_m.p95", {quantile(errors, 0.95), "m", n});
     report.add(prefix + "hand_error_m.max", {*std::ranges::max_element(errors), "m", n});
@@ -113,8 +135,36 @@ Status run(const Request& request) {
     report.add(prefix + "not_seen", {static_cast<double>(not_seen), "", n + not_seen});
     for (Plot& plot : plots) report.plots.push_back(std::move(plot));
   }
-  report.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
-  return save_and_print(report, request.out);
+  return report;
+}
+
+Status run(const Request& request) {
+  const auto started = std::chrono::steady_clock::now();
+  const std::vector<Block> all = blocks(request);
+  const auto domains =
+      take_domains(request.domain, std::min<int>(request.jobs, static_cast<int>(all.size())));
+  if (!domains) return domains.error();
+  std::mutex mutex;
+  std::vector<std::optional<nlohmann::json>> done(all.size());
+  const auto report_now = [&] {
+    Report report = make_report(request, done);
+    report.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
+    return report;
+  };
+  const InterruptFlag interrupt;
+  ProgressBar progress("balls", 2L * request.trials);
+  long balls = 0;
+  const Status failure =
+      side_by_side(static_cast<int>(all.size()), *domains, interrupt, [&](int piece, int domain) -> Status {
+        const Block& block = all[static_cast<std::size_t>(piece)];
+        auto trials = trials_of(request, block, domain);
+        if (!trials) return trials.error();
+        const std::scoped_lock lock(mutex);
+        done[static_cast<std::size_t>(piece)] = std::move(*trials);
+        progress.update(balls += block.balls, block.controller.title);
+        return report_now().save(request.out);
+      });
+  return end_of_run(report_now(), request.out, balls == 0, interrupt.raised(), failure);
 }
 
 }  // namespace
@@ -123,13 +173,15 @@ Status run(const Request& request) {
 int main(int argc, char** argv) {
   nido::reach::Request request;
   request.trials = 62;
+  request.jobs = 2;
   request.out = "out/reach-accuracy";
   CLI::App app("How near the hand comes to what the eyes see.", "nido-experiment-reach-accuracy");
   app.footer("example\n  nido experiment run reach-accuracy --seed 1 --trials 62 --out out/accuracy");
   nido::add_experiment_options(app, request);
-  app.add_option("--domain", request.domain, "DDS domain of the runs")
-      ->check(CLI::Range(0, 101))
+  app.add_option("--block", request.block, "balls that one start of the robot gets")
+      ->check(CLI::Range(1, 1000))
       ->capture_default_str();
+  nido::add_domain_option(app, request.domain);
   if (const auto code = nido::parse_experiment(app, argc, argv)) return *code;
   return nido::end_experiment(nido::reach::run(request));
 }

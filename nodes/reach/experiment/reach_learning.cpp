@@ -13,6 +13,7 @@
 #include <optional>
 #include <thread>
 
+#include "nido/experiment/domain.h"
 #include "nido/experiment/launched_app.h"
 #include "nido/launcher/paths.h"
 #include "nido/reach/babbling.h"
@@ -35,7 +36,7 @@ struct Request : ExperimentRequest {
   std::string side = "right";
   long iterations = 50000;
   double rate = 0.05;
-  int domain = 50;
+  int domain = kFreeDomain;
 };
 
 constexpr double kPaperRmse = 0.156;
@@ -110,12 +111,14 @@ Status babble(const Request& request) {
   long wanted = 0;
   for (const Babble& babble : all) wanted += babble.samples;
   ProgressBar progress("babbling", wanted);
+  const auto domains = take_domains(request.domain, static_cast<int>(all.size()));
+  if (!domains) return domains.error();
   std::vector<std::optional<LaunchedApp>> apps(all.size());
   std::size_t next = 0;
   std::size_t done = 0;
   while (done < all.size()) {
     while (next < all.size() && next - done < static_cast<std::size_t>(request.jobs)) {
-      auto app = start(request, all[next], request.domain + static_cast<int>(next));
+      auto app = start(request, all[next], (*domains)[next].number());
       if (!app) return app.error();
       apps[next++].emplace(std::move(*app));
     }
@@ -386,9 +389,7 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(1L, 1000000000L))
       ->capture_default_str();
   app.add_option("--rate", request.rate, "learning rate")->check(CLI::PositiveNumber)->capture_default_str();
-  app.add_option("--domain", request.domain, "first DDS domain of the babbling (three are used)")
-      ->check(CLI::Range(0, 99))
-      ->capture_default_str();
+  nido::add_domain_option(app, request.domain);
   if (const auto code = nido::parse_experiment(app, argc, argv)) return *code;
   const auto places = nido::find_places();
   if (!places) return nido::end_experiment(places.error());

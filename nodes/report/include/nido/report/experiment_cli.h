@@ -50,6 +50,13 @@ inline void add_experiment_options(CLI::App& app, ExperimentRequest& request) {
       "KEY=VALUE: the same as --KEY VALUE");
 }
 
+// --domain, for experiments that start apps: -1 takes domains that are free on this computer.
+inline void add_domain_option(CLI::App& app, int& domain) {
+  app.add_option("--domain", domain,
+                 "DDS domain of the first app, others that run beside it follow (default: free ones)")
+      ->check(CLI::Range(0, 200));
+}
+
 // Parses; the exit code if the program is to end here (help: 0, wrong usage: 2).
 inline std::optional<int> parse_experiment(CLI::App& app, int argc, char** argv) {
   try {

@@ -1,0 +1,91 @@
+#include "nido/experiment/kept.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <mutex>
+#include <thread>
+
+#include "nido/experiment/launched_app.h"
+
+namespace nido {
+namespace fs = std::filesystem;
+namespace {
+constexpr const char* kMark = "run.done";  // what was asked for, beside its results
+}
+
+Status run_app_once(const AppRun& run, int domain) {
+  const fs::path folder = fs::absolute(run.folder);
+  std::error_code failure;
+  fs::create_directories(folder, failure);
+  if (failure) return Error{ErrorCode::kFailed, folder.string() + ": " + failure.message()};
+  const std::string asked = fmt::format("{}\n{}\n", run.app, fmt::join(run.arguments, "\n"));
+  {
+    std::ifstream mark(folder / kMark);
+    if (std::string(std::istreambuf_iterator<char>(mark), {}) == asked) return {};
+  }
+  std::error_code absent;
+  fs::remove(folder / kMark, absent);
+  fs::remove_all(folder / "run", absent);  // of another run: its results would be taken for these
+  std::vector<std::string> arguments = run.arguments;
+  for (const std::string& word :
+       {std::string("--domain"), std::to_string(domain), std::string("--out"), (folder / "run").string()}) {
+    arguments.push_back(word);
+  }
+  if (const Status ran = run_app(run.app, arguments, (folder / "launch.log").string()); !ran) return ran;
+  std::ofstream mark(folder / kMark);
+  mark << asked;
+  return mark.flush() ? Status{} : Status{Error{ErrorCode::kFailed, (folder / kMark).string()}};
+}
+
+Status side_by_side(int count, const std::vector<DomainLease>& domains, const InterruptFlag& interrupt,
+                    const std::function<Status(int piece, int domain)>& work) {
+  std::mutex mutex;
+  int next = 0;
+  Status failure;
+  const auto lane = [&](int domain) {
+    while (true) {
+      int piece = 0;
+      {
+        const std::scoped_lock lock(mutex);
+        if (!failure || next >= count || interrupt.raised()) return;
+        piece = next++;
+      }
+      const Status done = work(piece, domain);
+      const std::scoped_lock lock(mutex);
+      if (!done && failure) failure = done;
+    }
+  };
+  {
+    std::vector<std::jthread> lanes;
+    for (const DomainLease& domain : domains) lanes.emplace_back(lane, domain.number());
+  }
+  return failure;
+}
+
+void forget_runs(const std::string& folder) {
+  std::error_code failure;
+  std::vector<fs::path> marks;
+  for (auto entry = fs::recursive_directory_iterator(folder, failure);
+       !failure && entry != fs::recursive_directory_iterator(); entry.increment(failure)) {
+    if (entry->path().filename() == kMark) marks.push_back(entry->path());
+  }
+  for (const fs::path& mark : marks) fs::remove(mark, failure);
+}
+
+Status end_of_run(const Report& report, const std::string& folder, bool nothing, bool interrupted,
+                  const Status& failure) {
+  if (!nothing) {
+    if (const Status saved = save_and_print(report, folder); !saved) return saved;
+  }
+  if (interrupted || (!failure && failure.error().code == ErrorCode::kInterrupted)) {
+    return Error{ErrorCode::kInterrupted, "interrupted; what is done is kept, the same command goes on"};
+  }
+  if (failure) forget_runs(folder);
+  return failure;
+}
+
+}  // namespace nido

@@ -1,0 +1,119 @@
+// What experiments share: domains of their own, pieces that are kept, pieces side by side.
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <set>
+
+#include "nido/experiment/domain.h"
+#include "nido/experiment/kept.h"
+
+namespace nido {
+namespace {
+
+namespace fs = std::filesystem;
+
+class Folder {
+ public:
+  Folder() : path_(fs::temp_directory_path() / ("nido_experiment_test_" + std::to_string(getpid()))) {
+    fs::create_directories(path_);
+  }
+  ~Folder() { fs::remove_all(path_); }
+  Folder(const Folder&) = delete;
+  Folder& operator=(const Folder&) = delete;
+  [[nodiscard]] const fs::path& path() const { return path_; }
+
+ private:
+  fs::path path_;
+};
+
+TEST(Domains, NoTwoAreTheSameAndAFreedOneComesAgain) {
+  auto domains = take_domains(kFreeDomain, 3);
+  ASSERT_TRUE(domains) << domains.error().message;
+  std::set<int> numbers;
+  for (const auto& domain : *domains) numbers.insert(domain.number());
+  EXPECT_EQ(numbers.size(), 3U);
+  const int freed = domains->front().number();
+  domains->erase(domains->begin());
+  const auto next = DomainLease::take();
+  ASSERT_TRUE(next);
+  EXPECT_LE(next->number(), freed);  // the lowest that is free
+  EXPECT_EQ(numbers.count(next->number()), next->number() == freed ? 1U : 0U);
+}
+
+TEST(Domains, ThoseThatAreAskedForAreGiven) {
+  const auto domains = take_domains(7, 2);
+  ASSERT_TRUE(domains);
+  EXPECT_EQ((*domains)[0].number(), 7);
+  EXPECT_EQ((*domains)[1].number(), 8);
+}
+
+TEST(Pieces, OneThatWasDoneIsNotStartedAgain) {
+  const Folder folder;
+  const AppRun run{"there_is_no_such_app", {"--seed", "4"}, folder.path().string()};
+  const auto mark = [&](const std::string& asked) {
+    std::ofstream(folder.path() / "run.done") << asked;
+    fs::create_directories(folder.path() / "run");
+    std::ofstream(folder.path() / "run" / "result") << "kept";
+  };
+  mark("there_is_no_such_app\n--seed\n4\n");
+  EXPECT_TRUE(run_app_once(run, 44));
+  EXPECT_TRUE(fs::exists(folder.path() / "run" / "result"));
+
+  // results of another seed are no results: they go, and the app is started, which fails here
+  mark("there_is_no_such_app\n--seed\n5\n");
+  EXPECT_FALSE(run_app_once(run, 44));
+  EXPECT_FALSE(fs::exists(folder.path() / "run" / "result"));
+
+  mark("there_is_no_such_app\n--seed\n4\n");
+  forget_runs(folder.path().string());
+  EXPECT_FALSE(run_app_once(run, 44));
+}
+
+TEST(Pieces, SideBySideEachIsDoneOnceInADomainOfItsOwn) {
+  const auto domains = take_domains(3, 2);
+  ASSERT_TRUE(domains);
+  const InterruptFlag interrupt;
+  std::array<std::atomic<int>, 9> done{};
+  std::array<std::atomic<int>, 5> at_work{};
+  std::atomic<bool> met{false};
+  const Status all = side_by_side(9, *domains, interrupt, [&](int piece, int domain) -> Status {
+    auto& here = at_work[static_cast<std::size_t>(domain)];
+    if (++here > 1) met = true;
+    ++done[static_cast<std::size_t>(piece)];
+    --here;
+    return {};
+  });
+  EXPECT_TRUE(all);
+  for (const auto& times : done) EXPECT_EQ(times, 1);
+  EXPECT_FALSE(met);
+}
+
+TEST(Pieces, AFailureOrAnInterruptionEndsThem) {
+  const auto domains = take_domains(3, 1);
+  ASSERT_TRUE(domains);
+  const InterruptFlag interrupt;
+  int begun = 0;
+  const Status failed = side_by_side(9, *domains, interrupt, [&](int piece, int) -> Status {
+    ++begun;
+    if (piece == 2) return Error{ErrorCode::kFailed, "this one"};
+    return {};
+  });
+  ASSERT_FALSE(failed);
+  EXPECT_EQ(failed.error().message, "this one");
+  EXPECT_EQ(begun, 3);
+
+  begun = 0;
+  EXPECT_TRUE(side_by_side(9, *domains, interrupt, [&](int piece, int) -> Status {
+    ++begun;
+    if (piece == 1) std::raise(SIGINT);
+    return {};
+  }));
+  EXPECT_EQ(begun, 2);
+}
+
+}  // namespace
+}  // namespace nido
