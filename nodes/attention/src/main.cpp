@@ -1,0 +1,219 @@
+// nido-attention: keeps a surface at fixation, and says which pixels belong to it. docs/attention.md
+
+#include <fmt/format.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "nido/attention/attention_core.h"
+#include "nido/launcher/paths.h"
+#include "nido/middleware/node.h"
+#include "nido/middleware/stamp.h"
+#include "nido/middleware/typed_port.h"
+#include "nido/msgs/types.h"
+
+namespace nido {
+namespace {
+
+using attention::AttentionCore;
+using attention::AttentionInputs;
+using attention::AttentionOutputs;
+using attention::Method;
+
+constexpr std::size_t kPairsPerReport = 30;
+
+struct Ports {
+  std::array<std::unique_ptr<Input<msgs::Image>>, 2> image;  // left, right
+  std::array<std::unique_ptr<Input<msgs::CameraInfo>>, 2> info;
+  std::unique_ptr<Input<msgs::JointState>> head;
+  std::unique_ptr<Input<msgs::JointState>> torso;
+  std::unique_ptr<Input<msgs::GazeGoal>> fixate;
+  std::unique_ptr<Output<msgs::Image>> segment;
+  std::unique_ptr<Output<msgs::Image>> threshold;
+  std::unique_ptr<Output<msgs::Percepts>> fixation;
+  std::unique_ptr<Output<msgs::JointCommand>> command;
+};
+
+template <class T>
+Status open(Node& node, std::unique_ptr<Input<T>>& port, const std::string& name, Profile profile,
+            std::size_t depth) {
+  auto opened = node.open_input<T>(name, profile, depth);
+  if (!opened) return opened.error();
+  port = std::move(opened).value();
+  return {};
+}
+
+template <class T>
+Status open(Node& node, std::unique_ptr<Output<T>>& port, const std::string& name, Profile profile) {
+  auto opened = node.open_output<T>(name, profile);
+  if (!opened) return opened.error();
+  port = std::move(opened).value();
+  return {};
+}
+
+Status open_ports(Node& node, Ports& ports) {
+  if (Status s = open(node, ports.image[0], "/attention/left:i", Profile::kSensor, 4); !s) return s;
+  if (Status s = open(node, ports.image[1], "/attention/right:i", Profile::kSensor, 4); !s) return s;
+  if (Status s = open(node, ports.info[0], "/attention/left_info:i", Profile::kState, 4); !s) return s;
+  if (Status s = open(node, ports.info[1], "/attention/right_info:i", Profile::kState, 4); !s) return s;
+  if (Status s = open(node, ports.head, "/attention/head:i", Profile::kState, 64); !s) return s;
+  if (Status s = open(node, ports.torso, "/attention/torso:i", Profile::kState, 64); !s) return s;
+  if (Status s = open(node, ports.fixate, "/attention/fixate:i", Profile::kEvent, 16); !s) return s;
+  if (Status s = open(node, ports.segment, "/attention/segment:o", Profile::kSensor); !s) return s;
+  if (Status s = open(node, ports.threshold, "/attention/threshold:o", Profile::kSensor); !s) return s;
+  if (Status s = open(node, ports.fixation, "/attention/fixation:o", Profile::kState); !s) return s;
+  return open(node, ports.command, "/attention/command:o", Profile::kCommand);
+}
+
+void take_encoders(Input<msgs::JointState>& port, std::vector<vision::EncoderSample>& out) {
+  while (auto message = port.take()) {
+    out.push_back(
+        {time_of(message->header()), std::move(message->position()), std::move(message->velocity())});
+  }
+}
+
+AttentionInputs take_in(Ports& ports, std::vector<std::string>& warnings) {
+  AttentionInputs in;
+  take_encoders(*ports.head, in.head);
+  take_encoders(*ports.torso, in.torso);
+  const std::array<std::optional<Image>*, 2> images = {&in.left, &in.right};
+  const std::array<std::optional<CameraInfo>*, 2> infos = {&in.left_info, &in.right_info};
+  for (std::size_t e = 0; e < 2; ++e) {
+    if (auto message = ports.image[e]->take_latest()) {
+      Image image;
+      image.stamp_ns = time_of(message->header()).ns;
+      image.width = static_cast<int>(message->width());
+      image.height = static_cast<int>(message->height());
+      // other encodings are refused by the core, which expects three bytes a pixel
+      if (message->encoding() == "rgb8") image.rgb = std::move(message->data());
+      *images[e] = std::move(image);
+    }
+    if (const auto message = ports.info[e]->take_latest()) {
+      CameraInfo info;
+      info.width = static_cast<int>(message->width());
+      info.height = static_cast<int>(message->height());
+      info.fx_px = message->k()[0];
+      info.cx_px = message->k()[2];
+      info.fy_px = message->k()[4];
+      info.cy_px = message->k()[5];
+      *infos[e] = info;
+    }
+  }
+  while (const auto message = ports.fixate->take()) {
+    if (message->mode() == "point") {
+      in.p_RootFixate_m = {message->point().x(), message->point().y(), message->point().z()};
+    } else {
+      warnings.push_back("gaze mode \"" + message->mode() + "\" is unknown to attention; it takes point");
+    }
+  }
+  return in;
+}
+
+msgs::Image to_message(const cv::Mat& mask, Time stamp) {
+  msgs::Image message;
+  message.header(header_at(stamp, "left_eye"));
+  message.width(static_cast<std::uint32_t>(mask.cols));
+  message.height(static_cast<std::uint32_t>(mask.rows));
+  message.step(static_cast<std::uint32_t>(mask.cols));
+  message.encoding("mono8");
+  message.data().assign(mask.datastart, mask.dataend);
+  return message;
+}
+
+Status put_out(Ports& ports, const AttentionOutputs& out, Time now) {
+  if (out.pictures_stamp) {
+    msgs::Percepts fixation;
+    fixation.header(header_at(*out.pictures_stamp, "root"));
+    if (out.surface) {
+      const attention::Surface& surface = *out.surface;
+      if (Status s = ports.segment->write(to_message(surface.mask, surface.stamp)); !s) return s;
+      if (Status s = ports.threshold->write(to_message(surface.threshold, surface.stamp)); !s) return s;
+      msgs::Percept percept;
+      percept.name("surface");
+      percept.confidence(surface.confidence);
+      percept.position().x(surface.p_Root_m.x());
+      percept.position().y(surface.p_Root_m.y());
+      percept.position().z(surface.p_Root_m.z());
+      percept.left_box({surface.p_Left_px.x(), surface.p_Left_px.y(), 0, 0});
+      percept.right_box({surface.p_Right_px.x(), surface.p_Right_px.y(), 0, 0});
+      fixation.objects().push_back(percept);
+    }
+    if (Status s = ports.fixation->write(fixation); !s) return s;
+  }
+  if (out.command_rad) {
+    msgs::JointCommand command;
+    command.header(header_at(now));
+    command.mode("direct");
+    for (std::int32_t joint = 0; joint < 6; ++joint) {
+      command.joint().push_back(joint);
+      command.value().push_back((*out.command_rad)[static_cast<std::size_t>(joint)]);
+    }
+    return ports.command->write(command);
+  }
+  return {};
+}
+
+Result<Method> method_of(const std::string& name) {
+  if (name == "field") return Method::kField;
+  if (name == "threshold") return Method::kThreshold;
+  if (name == "colour") return Method::kColour;
+  return Error{ErrorCode::kInvalidArgument,
+               fmt::format("parameter method is \"{}\"; allowed are field, threshold, colour", name)};
+}
+
+Status save_times(const std::string& path, const std::vector<double>& work_s) {
+  std::ofstream file(path);
+  file << nlohmann::json{{"work_s", work_s}}.dump() << '\n';
+  return file ? Status{} : Status{Error{ErrorCode::kFailed, "cannot write " + path}};
+}
+
+Status run(Node& node) {
+  const auto places = find_places();
+  if (!places) return places.error();
+  const auto urdf = node.parameter<std::string>("urdf", (places->config / "robots" / "icub.urdf").string());
+  if (!urdf) return urdf.error();
+  const auto method_name = node.parameter<std::string>("method", "field");
+  if (!method_name) return method_name.error();
+  const auto method = method_of(*method_name);
+  if (!method) return method.error();
+  const auto times = node.parameter<std::string>("times", "");
+  if (!times) return times.error();
+  const auto model = RobotModel::load(*urdf);
+  if (!model) return model.error();
+  attention::AttentionSettings settings;
+  settings.period_s = node.options().period_s;
+  settings.surface.method = *method;
+  auto core = AttentionCore::create(*model, settings);
+  if (!core) return core.error();
+
+  Ports ports;
+  if (Status opened = open_ports(node, ports); !opened) return opened;
+  node.set_ready();
+  std::string last_warning;
+  const auto warn_once = [&](const std::string& warning) {
+    if (warning != last_warning)
+      node.log_warning(warning);  // a repeated mistake is not worth a line each tick
+    last_warning = warning;
+  };
+  std::vector<double> work_s;
+  return node.run([&](Time now) -> Status {
+    std::vector<std::string> refused;
+    const AttentionOutputs out = (*core)->step(now, take_in(ports, refused));
+    for (const std::string& warning : refused) warn_once(warning);
+    for (const std::string& warning : out.warnings) warn_once(warning);
+    if (out.work_s > 0) {
+      work_s.push_back(out.work_s);
+      if (!times->empty() && work_s.size() % kPairsPerReport == 0) {
+        if (Status saved = save_times(*times, work_s); !saved) return saved;
+      }
+    }
+    // a peer that is away for a while must not end this node
+    if (const Status sent = put_out(ports, out, now); !sent) warn_once(sent.error().message);
+    return {};
+  });
+}
+
+}  // namespace
+}  // namespace nido
+
+int main(int argc, char** argv) { return nido::node_main(argc, argv, "attention", nido::run); }
