@@ -437,9 +437,14 @@ void Contacts::read_forces() {
 }
 
 void Contacts::end_period() {
-  touch_ = sum_;
-  for (HandTouch& hand : touch_) {
-    for (double& force : hand.force_N) force /= std::max(steps_, 1);
+  for (std::size_t hand = 0; hand < touch_.size(); ++hand) {
+    for (std::size_t pad = 0; pad < kPadCount; ++pad) {
+      const SkinFault fault = skin_fault_[hand][pad];
+      if (fault == SkinFault::kStuck) continue;
+      const bool feels = fault != SkinFault::kOff;
+      touch_[hand].on[pad] = feels && sum_[hand].on[pad];
+      touch_[hand].force_N[pad] = feels ? sum_[hand].force_N[pad] / std::max(steps_, 1) : 0;
+    }
   }
 }
 
@@ -457,13 +462,14 @@ void Contacts::force_on_link(std::size_t link, const Eigen::Vector3d& p_World_m,
 
 void Contacts::restore(const State& state) {
   touch_ = state.touch;
+  skin_fault_ = state.skin_fault;
   forget();
   grips_ = state.grips;
   former_loads_ = state.loads;
   loads_restored_ = true;
 }
 
-Contacts::State Contacts::save() const { return {touch_, grips_, loads()}; }
+Contacts::State Contacts::save() const { return {touch_, skin_fault_, grips_, loads()}; }
 
 void Contacts::forget() {
   touching_.clear();

@@ -8,6 +8,7 @@
 
 #include "contact_solver.h"
 #include "control_block.h"
+#include "nido/simulator/faults.h"
 #include "nido/simulator/simulation.h"
 #include "objects.h"
 #include "robot_body.h"
@@ -42,6 +43,11 @@ class Contacts {
   void end_period();
 
   [[nodiscard]] const HandTouch& touch(Hand hand) const { return touch_[hand == Hand::kLeft ? 0 : 1]; }
+  // hand: 0 left, 1 right. Until restore() or forgotten by a reset.
+  void set_skin_fault(std::size_t hand, std::size_t pad, SkinFault fault) { skin_fault_[hand][pad] = fault; }
+  [[nodiscard]] SkinFault skin_fault(std::size_t hand, std::size_t pad) const {
+    return skin_fault_[hand][pad];
+  }
   // Pairs that touch at the end of the last step.
   [[nodiscard]] std::vector<ContactPair> pairs(const Objects& objects) const;
   [[nodiscard]] HoldQuery hold(std::size_t object, const Objects& objects) const;
@@ -70,8 +76,10 @@ class Contacts {
     Eigen::Vector3d torque_World_Nm = Eigen::Vector3d::Zero();
   };
 
+  using SkinFaults = std::array<std::array<SkinFault, kPadCount>, 2>;
   struct State {
     std::array<HandTouch, 2> touch;
+    SkinFaults skin_fault{};
     std::vector<Grip> grips;
     std::vector<Load> loads;
   };
@@ -145,6 +153,7 @@ class Contacts {
   std::size_t next_load_ = 0;       // where the next contact probably finds its own
   std::array<HandTouch, 2> sum_{};
   std::array<HandTouch, 2> touch_{};
+  SkinFaults skin_fault_{};
   int steps_ = 0;
 };
 

@@ -15,6 +15,8 @@ constexpr double kIdleFriction = 0.01;  // share of the largest torque that a mo
 constexpr double kStandstill_rad_s = 1e-3;  // slower joints stand, as far as friction is concerned
 // A servo is no wall: it gives all its torque when the joint stands so far from where it should.
 constexpr double kServoGive_rad = 0.02;
+constexpr double kWeakShare = 0.2;            // of its torque that a weak motor has left
+constexpr double kStuckShare = 100;           // a stuck gear bears more than any motor gives
 constexpr double kSlowest_rad_s = 1e-4;       // slower motions would take days, and their sums overflow
 constexpr double kDone_rad = 0.0174533;       // 1 degree
 constexpr double kPeakOfMinimumJerk = 1.875;  // highest by mean velocity
@@ -49,16 +51,9 @@ const char* to_string(JointMode mode) {
 }
 
 double Trajectory::position(double time_s) const {
-  const double t = std::clamp(time_s - start_time_s, 0.0, duration_s);
+  const double t = std::clamp(time_s, 0.0, duration_s);
   double sum = 0;
   for (int i = 5; i >= 0; --i) sum = sum * t + coefficient[i];
-  return sum;
-}
-
-double Trajectory::velocity(double time_s) const {
-  const double t = std::clamp(time_s - start_time_s, 0.0, duration_s);
-  double sum = 0;
-  for (int i = 5; i >= 1; --i) sum = sum * t + i * coefficient[i];
   return sum;
 }
 
@@ -155,7 +150,6 @@ void Drives::go_home(RobotBody& robot) {
   set_hinge_gains();
   robot.place(hinge_angles(home));
   std::fill(hinge_torque_Nm_.begin(), hinge_torque_Nm_.end(), 0.0);
-  time_s_ = 0;
   publish();
 }
 
@@ -203,7 +197,6 @@ Status Drives::place(int part, std::span<const double> position_rad, RobotBody& 
     state.previous_reference_rad = position_rad[j];
     state.reference_velocity_rad_s = 0;
     state.trajectory = {};
-    state.trajectory.start_time_s = time_s_;
     state.trajectory.coefficient[0] = position_rad[j];
   }
   robot.place(hinge_angles(angle));
@@ -337,7 +330,6 @@ Status Drives::stop(int part, int joint) {
   state.previous_reference_rad = here;
   state.reference_velocity_rad_s = 0;
   state.trajectory = {};
-  state.trajectory.start_time_s = time_s_;
   state.trajectory.coefficient[0] = here;
   publish();
   return {};
@@ -356,7 +348,7 @@ void Drives::start_trajectory(std::size_t axis, double goal_rad) {
   if (std::abs(v0) > 1e-6) duration = std::max(duration, 0.2);
   const double T = duration;
   Trajectory& path = state.trajectory;
-  path.start_time_s = time_s_;
+  path.age = 0;
   path.duration_s = T;
   const double h = distance;
   path.coefficient = {p0,
@@ -375,7 +367,7 @@ void Drives::advance_reference(std::size_t axis, double period_s) {
   const double reach = info.max_velocity_rad_s * period_s;
   switch (state.measured.mode) {
     case JointMode::kPosition:
-      next = state.trajectory.position(time_s_ + period_s);
+      next = state.trajectory.position(static_cast<double>(state.trajectory.age + 1) * period_s);
       break;
     case JointMode::kDirect:
       next = state.measured.target;
@@ -393,10 +385,10 @@ void Drives::advance_reference(std::size_t axis, double period_s) {
   next = std::clamp(next, state.previous_reference_rad - reach, state.previous_reference_rad + reach);
   state.reference_rad = std::clamp(next, info.min_rad, info.max_rad);
   state.reference_velocity_rad_s = (state.reference_rad - state.previous_reference_rad) / period_s;
+  ++state.trajectory.age;
 }
 
-void Drives::begin_period(double time_s, double period_s, const RobotBody& robot) {
-  time_s_ = time_s;
+void Drives::begin_period(double period_s, const RobotBody& robot) {
   period_s_ = period_s;
   for (std::size_t a = 0; a < axes_.size(); ++a) advance_reference(a, period_s);
   robot.gravity_torques(gravity_Nm_);
@@ -431,8 +423,9 @@ void Drives::watch_limits(const RobotBody& robot) {
 void Drives::drive(double fraction, RobotBody& robot) {
   watch_limits(robot);
   // where gravity pulls at a hinge, weight that lags by a control period would feed a swing with energy
-  const bool swings = std::any_of(axes_.begin(), axes_.end(),
-                                  [](const AxisState& axis) { return !is_servo(axis.measured.mode); });
+  const bool swings = std::any_of(axes_.begin(), axes_.end(), [](const AxisState& axis) {
+    return !is_servo(axis.measured.mode) || axis.fault == JointFault::kOff;
+  });
   if (swings) robot.gravity_torques(gravity_Nm_);
   for (std::size_t i = 1; i < hinges_.size(); ++i) {
     const Hinge& hinge = hinges_[i];
@@ -442,8 +435,10 @@ void Drives::drive(double fraction, RobotBody& robot) {
     double torque = 0;
     bool servo = false;
     bool idle = true;
+    JointFault fault = JointFault::kNone;
     for (const auto& [a, multiplier] : hinge.axes) {
       const AxisState& state = axes_[a];
+      fault = std::max(fault, state.fault);
       const double now =
           state.previous_reference_rad + fraction * (state.reference_rad - state.previous_reference_rad);
       reference += multiplier * now;
@@ -458,18 +453,33 @@ void Drives::drive(double fraction, RobotBody& robot) {
     const auto motor = [&robot, i](double speed_rad_s, double most_torque_Nm) {
       robot.tree().set_motor(i, {speed_rad_s, most_torque_Nm});
     };
+    if (fault == JointFault::kStuck) {
+      motor(0, kStuckShare * hinge.max_torque_Nm);
+      continue;
+    }
+    const double strength = fault == JointFault::kNone ? 1 : fault == JointFault::kWeak ? kWeakShare : 0;
+    if (fault == JointFault::kOff) {
+      servo = false;
+      idle = true;
+    }
     if (servo) {
       const double error = reference - robot.angle_rad(i);
       const double velocity = std::clamp(feedforward + hinge.gain_1_s * error, -hinge.max_velocity_rad_s,
                                          hinge.max_velocity_rad_s);
       // what the motor spends on gravity it does not have for the rest
-      const double left = std::max(hinge.max_torque_Nm - std::abs(gravity_Nm_[i]), 0.1 * hinge.max_torque_Nm);
+      const double most = strength * hinge.max_torque_Nm;
+      if (fault == JointFault::kWeak && std::abs(gravity_Nm_[i]) > most) {
+        // it cannot bear the weight
+        motor(std::copysign(hinge.max_velocity_rad_s, gravity_Nm_[i]), std::abs(gravity_Nm_[i]) - most);
+        continue;
+      }
+      const double left = std::max(most - std::abs(gravity_Nm_[i]), 0.1 * most);
       robot.tree().set_motor(i, {velocity, left, hinge.gain_1_s * kServoGive_rad});
       continue;
     }
     // without a servo gravity pulls at the hinge; a motor that wants the largest speed with just this torque
     // gives the torque below that speed and never more speed
-    torque = std::clamp(torque, -hinge.max_torque_Nm, hinge.max_torque_Nm) + gravity_Nm_[i];
+    torque = strength * std::clamp(torque, -hinge.max_torque_Nm, hinge.max_torque_Nm) + gravity_Nm_[i];
     const double friction = (idle ? kIdleFriction : 0.2 * kIdleFriction) * hinge.max_torque_Nm;
     // friction works against the motion: it takes from a torque that drives and adds to one that brakes
     const double velocity = robot.velocity_rad_s(i);
@@ -491,7 +501,9 @@ bool Drives::still(std::size_t link, const RobotBody& robot) const {
   double reference = hinge.offset_rad;
   for (const auto& [a, multiplier] : hinge.axes) {
     const AxisState& state = axes_[a];
-    if (!is_servo(state.measured.mode) || state.reference_rad != state.previous_reference_rad) return false;
+    if (!is_servo(state.measured.mode) || state.reference_rad != state.previous_reference_rad ||
+        state.fault == JointFault::kOff)
+      return false;
     reference += multiplier * state.reference_rad;
   }
   return std::abs(reference - robot.angle_rad(link)) < kStill_rad &&
@@ -512,7 +524,6 @@ void Drives::measure(const RobotBody& robot) {
       hinge_torque_Nm_[i] =
           std::clamp(hinge_torque_Nm_[i] / steps_, -hinges_[i].max_torque_Nm, hinges_[i].max_torque_Nm);
     }
-    time_s_ += period_s_;
     steps_ = 0;
   }
   for (std::size_t a = 0; a < axes_.size(); ++a) {
@@ -530,7 +541,7 @@ void Drives::measure(const RobotBody& robot) {
     }
     if (state.mode == JointMode::kPosition) {
       const Trajectory& path = axes_[a].trajectory;
-      state.motion_done = time_s_ >= path.start_time_s + path.duration_s - 1e-9 &&
+      state.motion_done = static_cast<double>(path.age) * period_s_ >= path.duration_s - 1e-9 &&
                           std::abs(state.position_rad - state.target) < kDone_rad;
     }
   }
@@ -547,16 +558,10 @@ void Drives::publish() {
   }
 }
 
-void Drives::shift_time(double by_s) {
-  time_s_ += by_s;
-  for (AxisState& axis : axes_) axis.trajectory.start_time_s += by_s;
-}
-
 void Drives::restore(const State& state) {
   axes_ = state.axes;
   set_hinge_gains();
   hinge_torque_Nm_ = state.applied_torque_Nm;
-  time_s_ = state.time_s;
   steps_ = 0;
   publish();
 }

@@ -5,6 +5,7 @@
 
 #include "control_block.h"
 #include "nido/interfaces/result.h"
+#include "nido/simulator/faults.h"
 #include "nido/simulator/joints.h"
 #include "robot_body.h"
 
@@ -12,11 +13,10 @@ namespace nido::sim {
 
 // A quintic from a moving start to rest at the goal.
 struct Trajectory {
-  double start_time_s = 0;
+  std::int64_t age = 0;  // control periods since the start: counted, so that a run has no absolute time in it
   double duration_s = 0;
-  std::array<double, 6> coefficient{};  // of powers of the time since the start
-  [[nodiscard]] double position(double time_s) const;
-  [[nodiscard]] double velocity(double time_s) const;
+  std::array<double, 6> coefficient{};                 // of powers of the time since the start
+  [[nodiscard]] double position(double time_s) const;  // by the time since the start
 };
 
 // One joint as clients see it, while it runs.
@@ -25,6 +25,7 @@ struct AxisState {
   double reference_rad = 0;  // where the servo wants it now
   double reference_velocity_rad_s = 0;
   double previous_reference_rad = 0;  // at the beginning of this control period
+  JointFault fault = JointFault::kNone;
   bool at_limit = false;  // a mode without servo pushed it out of its range: the servo keeps it at the limit
   Trajectory trajectory;
 };
@@ -44,6 +45,9 @@ class Drives {
   Status set_reference_speed(int part, int joint, double speed_rad_s);
   Status set_servo_gain(int part, int joint, double gain_1_s);
   Status stop(int part, int joint);
+  // Until the next reset. Part and joint exist.
+  void set_fault(int part, int joint, JointFault fault) { axes_[axis_index(part, joint)].fault = fault; }
+  [[nodiscard]] JointFault fault(int part, int joint) const { return axes_[axis_index(part, joint)].fault; }
   Status place(int part, std::span<const double> position_rad, RobotBody& robot);
   // Other angles for home; refused beyond the limits.
   Status set_home(int part, std::span<const double> position_rad);
@@ -51,7 +55,7 @@ class Drives {
   void go_home(RobotBody& robot);
 
   // Once a control period, before its physics steps.
-  void begin_period(double time_s, double period_s, const RobotBody& robot);
+  void begin_period(double period_s, const RobotBody& robot);
   // Before every physics step; `fraction`: how much of the control period will have passed after it, 0..1.
   void drive(double fraction, RobotBody& robot);
   // After every physics step.
@@ -62,16 +66,15 @@ class Drives {
   // True when the hinge's servo has nothing to do: no reference moves and the hinge stands where it should.
   [[nodiscard]] bool still(std::size_t link, const RobotBody& robot) const;
 
+  [[nodiscard]] const std::vector<AxisState>& axes() const { return axes_; }
+
   // Everything that changes, to save and restore.
   struct State {
     std::vector<AxisState> axes;
     std::vector<double> applied_torque_Nm;
-    double time_s = 0;
   };
-  [[nodiscard]] State save() const { return {axes_, hinge_torque_Nm_, time_s_}; }
+  [[nodiscard]] State save() const { return {axes_, hinge_torque_Nm_}; }
   void restore(const State& state);
-  // The clock runs on by so much while the joints stay in the midst of their motions.
-  void shift_time(double by_s);
 
  private:
   struct Share {
@@ -119,7 +122,6 @@ class Drives {
   std::vector<double> gravity_Nm_;       // by link, at the begin of the period
   std::vector<double> hinge_torque_Nm_;  // by link, summed over the steps of the period, then its mean
   int steps_ = 0;
-  double time_s_ = 0;
   double period_s_ = 0.01;
   std::vector<std::vector<JointState>> measured_;  // by part, what joints() shows
 };

@@ -33,6 +33,17 @@ LimbForces::Motion LimbForces::motion_of(const RobotBody& robot, std::size_t lin
   return motion;
 }
 
+LimbForces::State LimbForces::save() const {
+  State state{before_, {}};
+  for (const Sensor& sensor : sensors_) state.wrenches.push_back(sensor.wrench);
+  return state;
+}
+
+void LimbForces::restore(const State& state) {
+  before_ = state.before;
+  for (std::size_t i = 0; i < sensors_.size(); ++i) sensors_[i].wrench = state.wrenches[i];
+}
+
 void LimbForces::restart(const RobotBody& robot) {
   before_.assign(robot.link_count(), Motion{});
   for (std::size_t i = 1; i < robot.link_count(); ++i) before_[i] = motion_of(robot, i);

@@ -46,11 +46,6 @@ ObjectBody::ObjectBody(dWorldID world, ObjectDescription description) : descript
     dBodySetAutoDisableFlag(body_, 0);
     dBodySetLinearDamping(body_, 0.0);
     apply_mass();
-    for (std::size_t i = 0; i < geoms_.size(); ++i) {
-      Eigen::Isometry3d X_BodyShape = description_.shapes[i].X_OwnerShape;
-      X_BodyShape.translation() -= p_ObjectCom_m_;
-      place_geom(geoms_[i], body_, X_BodyShape);
-    }
   }
   place(description_.X_WorldObject);
 }
@@ -70,6 +65,12 @@ void ObjectBody::apply_mass() {
   dMass mass;
   dMassSetParameters(&mass, sum.mass_kg, 0, 0, 0, I(0, 0), I(1, 1), I(2, 2), I(0, 1), I(0, 2), I(1, 2));
   dBodySetMass(body_, &mass);
+  // the body's frame is at the centre of mass
+  for (std::size_t i = 0; i < geoms_.size(); ++i) {
+    Eigen::Isometry3d X_BodyShape = description_.shapes[i].X_OwnerShape;
+    X_BodyShape.translation() -= p_ObjectCom_m_;
+    place_geom(geoms_[i], body_, X_BodyShape);
+  }
 }
 
 void ObjectBody::set_mass_kg(double mass) {

@@ -9,18 +9,6 @@
 
 namespace nido::sim {
 
-struct SavedState::Data {
-  const void* owner = nullptr;
-  std::uint64_t object_set = 0;
-  std::int64_t period = 0;
-  RobotBody::State robot;
-  std::vector<ObjectBody::Motion> objects;
-  Drives::State drives;
-  Contacts::State contacts;
-  std::array<Eigen::Vector3d, 2> head_velocity = {Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
-  LimbForces limb_forces;
-};
-
 SavedState::SavedState() : data_(std::make_unique<Data>()) {}
 SavedState::~SavedState() = default;
 SavedState::SavedState(const SavedState& other) : data_(std::make_unique<Data>(*other.data_)) {}
@@ -151,6 +139,8 @@ Result<std::unique_ptr<Simulation>> Simulation::create(const SimulationOptions& 
     impl->options = options;
     impl->block = std::move(*block);
     impl->start = std::move(*world);
+    if (impl->start.light) impl->options.light = *impl->start.light;
+    impl->light = impl->options.light;
     impl->robot = std::make_unique<RobotBody>(impl->world.id(), std::move(*description));
     auto drives = Drives::create(*impl->robot, impl->block);
     if (!drives)
@@ -209,7 +199,7 @@ Status Simulation::step(double duration_s) {
   const int steps = static_cast<int>(std::lround(kControlPeriod_s / s.options.physics_step_s));
   try {
     for (std::int64_t p = 0; p < periods; ++p) {
-      s.drives->begin_period(time_s(), kControlPeriod_s, *s.robot);
+      s.drives->begin_period(kControlPeriod_s, *s.robot);
       s.rest_still_limbs();
       s.contacts->begin_period();
       for (int i = 0; i < steps; ++i) {
@@ -252,62 +242,75 @@ void Simulation::Impl::reset() {
   s.period = 0;
   s.head_velocity.fill(Eigen::Vector3d::Zero());
   s.contacts->restore({});
+  s.camera_fault.fill(CameraFault::kNone);
+  s.light = s.options.light;
   s.drives->go_home(*s.robot);
   s.drives->measure(*s.robot);
   s.limb_forces->restart(*s.robot);
   s.build_objects();
 }
 
-SavedState Simulation::save() const { return impl_->save(); }
-
-SavedState Simulation::Impl::save() const {
-  SavedState state;
-  SavedState::Data& d = *state.data_;
-  d.owner = this;
-  d.object_set = object_set;
-  d.period = period;
-  d.robot = robot->save();
-  for (const auto& object : objects) d.objects.push_back(object->motion());
-  d.drives = drives->save();
-  d.contacts = contacts->save();
-  d.head_velocity = head_velocity;
-  d.limb_forces = *limb_forces;
-  return state;
+SavedState Simulation::save() const {
+  SavedState saved;
+  *saved.data_ = {impl_.get(), impl_->object_set, impl_->state()};
+  return saved;
 }
 
-Status Simulation::restore(const SavedState& state) {
-  prepare_ode();
-  return impl_->restore(state);
-}
-
-Status Simulation::Impl::restore(const SavedState& state) {
-  if (!state.data_ || state.data_->owner != this) {
+Status Simulation::restore(const SavedState& saved) {
+  if (!saved.data_ || saved.data_->owner != impl_.get()) {
     return Error{ErrorCode::kInvalidArgument, "a saved state belongs to the simulation that saved it"};
   }
-  const SavedState::Data& d = *state.data_;
-  if (d.object_set != object_set) {
+  if (saved.data_->object_set != impl_->object_set) {
     return Error{ErrorCode::kInvalidArgument, "objects were made or deleted since the state was saved"};
   }
-  robot->restore(d.robot);
-  for (std::size_t i = 0; i < objects.size(); ++i) objects[i]->set_motion(d.objects[i]);
-  drives->restore(d.drives);
-  contacts->restore(d.contacts);
-  period = d.period;
-  head_velocity = d.head_velocity;
-  *limb_forces = d.limb_forces;
-  failure.clear();
+  prepare_ode();
+  impl_->set_state(saved.data_->state);
   return {};
 }
 
+SimulationState Simulation::Impl::state() const {
+  SimulationState state;
+  state.period = period;
+  state.robot = robot->save();
+  for (const auto& object : objects) state.objects.push_back(object->motion());
+  state.drives = drives->save();
+  state.contacts = contacts->save();
+  state.head_velocity = head_velocity;
+  state.limb_forces = limb_forces->save();
+  state.camera_fault = camera_fault;
+  state.light = light;
+  return state;
+}
+
+void Simulation::Impl::set_state(const SimulationState& state) {
+  robot->restore(state.robot);
+  for (std::size_t i = 0; i < objects.size(); ++i) objects[i]->set_motion(state.objects[i]);
+  drives->restore(state.drives);
+  contacts->restore(state.contacts);
+  period = state.period;
+  head_velocity = state.head_velocity;
+  limb_forces->restore(state.limb_forces);
+  camera_fault = state.camera_fault;
+  light = state.light;
+  failure.clear();
+}
+
+StateShape Simulation::Impl::state_shape() const {
+  StateShape shape;
+  const auto& links = robot->description().links;
+  for (std::size_t i = 1; i < links.size(); ++i) shape.hinges.push_back(links[i].joint_name);
+  for (const PartInfo& part : drives->parts()) shape.joints += part.joints.size();
+  shape.sensors = block.force_torque.size();
+  return shape;
+}
+
 WorldSnapshot Simulation::Impl::snapshot() const {
-  WorldSnapshot made;
-  made.object_set = object_set;
+  WorldSnapshot made{object_set, {}, state()};
   for (const auto& object : objects) made.objects.push_back(object->description());
-  made.state = save();
   return made;
 }
 
-Status Simulation::Impl::restore(const WorldSnapshot& snapshot) {
+void Simulation::Impl::restore(const WorldSnapshot& snapshot) {
   // the objects as they were, also what has been renamed, recoloured or deleted since
   std::vector<std::unique_ptr<ObjectBody>> made;
   for (const ObjectDescription& description : snapshot.objects) {
@@ -317,7 +320,7 @@ Status Simulation::Impl::restore(const WorldSnapshot& snapshot) {
   objects = std::move(made);
   object_set = snapshot.object_set;
   ++revision;
-  return restore(snapshot.state);
+  set_state(snapshot.state);
 }
 
 const std::vector<PartInfo>& Simulation::parts() const { return impl_->drives->parts(); }
@@ -368,6 +371,8 @@ const HandTouch& Simulation::touch(Hand hand) const { return impl_->contacts->to
 Eigen::Isometry3d Simulation::X_WorldCamera(Eye eye) const {
   return impl_->pose(impl_->cameras[eye == Eye::kLeft ? 0 : 1]);
 }
+
+CameraFault Simulation::camera_fault(Eye eye) const { return impl_->camera_fault[eye == Eye::kLeft ? 0 : 1]; }
 
 Simulation::Inertial Simulation::inertial() const {
   const Impl& s = *impl_;
@@ -448,6 +453,7 @@ void Simulation::scene(SceneSnapshot& out) const {
   };
   if (!same) out.instances.clear();
   out.revision = s.revision;
+  out.light = s.light;
   for (std::size_t i = 0; i < s.robot->link_count(); ++i) {
     const Eigen::Isometry3d X_WorldLink = s.robot->X_WorldLink(i);
     for (const LinkShape& visual : s.robot->description().links[i].visuals) {
@@ -483,6 +489,14 @@ std::uint64_t Simulation::state_hash() const {
   for (const auto& object : s.objects) {
     if (object->body() != nullptr) add_body(object->body());
   }
+  for (const AxisState& axis : s.drives->axes()) {
+    const std::array<dReal, 6> drive = {axis.measured.target,        axis.measured.reference_speed_rad_s,
+                                        axis.measured.torque_Nm,     axis.reference_rad,
+                                        axis.previous_reference_rad, static_cast<dReal>(axis.measured.mode)};
+    add(drive.data(), static_cast<int>(drive.size()));
+  }
+  for (const Hand hand : {Hand::kLeft, Hand::kRight})
+    add(s.contacts->touch(hand).force_N.data(), static_cast<int>(kPadCount));
   return hash;
 }
 

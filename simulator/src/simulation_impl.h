@@ -14,6 +14,7 @@
 #include "nido/simulator/simulation.h"
 #include "objects.h"
 #include "robot_body.h"
+#include "simulation_state.h"
 #include "world_file.h"
 
 namespace nido::sim {
@@ -29,13 +30,6 @@ class OdeWorld {
 
  private:
   dWorldID id_;
-};
-
-// Everything that a simulation can come back to, objects that were deleted since included.
-struct WorldSnapshot {
-  std::uint64_t object_set = 0;
-  std::vector<ObjectDescription> objects;
-  SavedState state;
 };
 
 // What a Simulation is inside. The world's text commands work on it too.
@@ -62,15 +56,19 @@ struct Simulation::Impl {
   std::array<Eigen::Vector3d, 2> head_velocity = {
       Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};  // of the inertial sensor, now and a period before
   RobotBody::Frame inertial;
+  std::array<CameraFault, 2> camera_fault{};  // left, right
+  Lighting light;
 
   std::map<std::string, WorldSnapshot> snapshots;  // by the names that the world port gave them
 
   void build_objects();
   void reset();
-  [[nodiscard]] SavedState save() const;
-  Status restore(const SavedState& state);
+  [[nodiscard]] SimulationState state() const;
+  // Of the same robot, and as many objects.
+  void set_state(const SimulationState& state);
+  [[nodiscard]] StateShape state_shape() const;
   [[nodiscard]] WorldSnapshot snapshot() const;
-  Status restore(const WorldSnapshot& snapshot);
+  void restore(const WorldSnapshot& snapshot);
   // Index or -1.
   [[nodiscard]] int find_object(std::string_view name) const;
   [[nodiscard]] bool is_inside(std::size_t object, std::size_t basket) const;

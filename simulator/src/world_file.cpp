@@ -17,6 +17,8 @@ constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kFarthest_m = 20;
 constexpr double kLargest_m = 10;
 constexpr double kSmallest_m = 0.001;
+constexpr std::size_t kMostShapes = 64;
+constexpr double kBrightest = 10;
 
 using Rgb = std::array<float, 3>;
 
@@ -109,6 +111,7 @@ void read_common(YamlReader& map, ObjectDescription& object) {
 struct WorldReader {
   const SimulationOptions& options;
   std::filesystem::path objects_folder;
+  std::filesystem::path folder;  // of the world file: meshes are seen from there
   WorldDescription world;
   double table_height_m = Simulation::kFloorHeight_m;
 
@@ -126,20 +129,30 @@ struct WorldReader {
     YamlReader map(node, path.string(), "");
     map.allow({"kind", "mass_kg", "friction", "restitution", "rolling_m", "colour", "shapes", "static",
                "touches_robot"});
+    ObjectDescription object = read_shapes(map, type, path.parent_path());
+    read_common(map, object);
+    if (!map.ok()) return Error{ErrorCode::kInvalidArgument, map.trouble()};
+    return object;
+  }
+
+  // What a thing is: of an object file, or of an entry of a world that names none.
+  static ObjectDescription read_shapes(YamlReader& map, const std::string& name,
+                                       const std::filesystem::path& folder) {
     ObjectDescription object;
-    object.name = type;
-    object.kind = map.text("kind", type);
+    object.name = name;
+    object.kind = map.text("kind", name);
     const Rgb colour = read_colour(map, colours().at("grey"));
-    std::vector<double> shares;
     for (std::size_t i = 0; i < map.count("shapes"); ++i) {
       double share = 1;
-      object.shapes.push_back(read_shape(map.item("shapes", i), colour, path.parent_path(), map, share));
+      object.shapes.push_back(read_shape(map.item("shapes", i), colour, folder, map, share));
       object.shapes.back().mass_kg = share;
     }
     if (object.shapes.empty()) map.complain("shapes", "must list at least one shape");
-    set_mass(object, 0.1);
-    read_common(map, object);
-    if (!map.ok()) return Error{ErrorCode::kInvalidArgument, map.trouble()};
+    if (object.shapes.size() > kMostShapes) {
+      map.complain("shapes", "lists " + std::to_string(object.shapes.size()) + "; allowed are at most " +
+                                 std::to_string(kMostShapes));
+    }
+    if (map.ok()) set_mass(object, 0.1);
     return object;
   }
 
@@ -195,19 +208,50 @@ struct WorldReader {
     parent.adopt(map);
   }
 
-  Status read_object(YamlReader map) {
-    map.allow({"object", "name", "colour", "position_m", "yaw_deg", "rpy_deg", "static", "touches_robot",
-               "mass_kg", "friction", "restitution", "rolling_m"});
+  // The object file that an entry names, or the shapes that it lists itself.
+  Result<ObjectDescription> read_kind(YamlReader& map) {
     const std::string type = map.text("object", "");
-    if (type.empty()) map.complain(nullptr, "needs object: the name of a file of config/objects");
+    const bool own = map.has("kind") || map.has("shapes");
+    if (type.empty() == !own) {
+      map.complain(nullptr,
+                   "needs object (the name of a file of config/objects), or kind and shapes of its own");
+    }
     if (!map.ok()) return Error{ErrorCode::kInvalidArgument, map.trouble()};
+    if (own) {
+      ObjectDescription object = read_shapes(map, map.text("kind", "thing"), folder);
+      if (!map.ok()) return Error{ErrorCode::kInvalidArgument, map.trouble()};
+      return object;
+    }
     auto read = read_object_file(type);
     if (!read) {
       map.complain("object", "cannot be used: " + read.error().message);
       return Error{read.error().code, map.trouble()};
     }
+    return read;
+  }
+
+  void read_light(YamlReader map, YamlReader& parent) {
+    map.allow({"brightness", "key", "fill", "ambient", "shadows", "direction"});
+    Lighting light;
+    light.brightness = map.number("brightness", light.brightness, 0, kBrightest);
+    light.key = map.number("key", light.key, 0, kBrightest);
+    light.fill = map.number("fill", light.fill, 0, kBrightest);
+    light.ambient = map.number("ambient", light.ambient, 0, kBrightest);
+    light.shadows = map.flag("shadows", light.shadows);
+    light.key_direction_World = map.vector("direction", light.key_direction_World, -1000, 1000);
+    if (light.key_direction_World.norm() < 1e-6) map.complain("direction", "has no length");
+    world.light = light;
+    parent.adopt(map);
+  }
+
+  Status read_object(YamlReader map) {
+    map.allow({"object", "name", "colour", "position_m", "yaw_deg", "rpy_deg", "static", "touches_robot",
+               "mass_kg", "friction", "restitution", "rolling_m", "kind", "shapes"});
+    auto read = read_kind(map);
+    if (!read) return read.error();
     ObjectDescription object = std::move(*read);
-    object.name = map.text("name", type);
+    object.name = map.text("name", object.name);
+    if (object.name.empty() || object.name.size() > 60) map.complain("name", "has 1 to 60 characters");
     if (std::any_of(world.objects.begin(), world.objects.end(),
                     [&](const auto& o) { return o.name == object.name; })) {
       map.complain("name", "\"" + object.name + "\" is taken by another object");
@@ -251,8 +295,9 @@ struct WorldReader {
   }
 
   Status read(YamlReader map) {
-    map.allow({"table", "posture_deg", "objects", "random"});
+    map.allow({"table", "posture_deg", "light", "objects", "random"});
     if (map.has("posture_deg")) read_posture(map.child("posture_deg"), map);
+    if (map.has("light")) read_light(map.child("light"), map);
     if (map.has("table")) read_table(map.child("table"), map);
     if (!map.ok()) return Error{ErrorCode::kInvalidArgument, map.trouble()};
     for (std::size_t i = 0; i < map.count("objects"); ++i) {
@@ -300,7 +345,8 @@ double standing_height(const ObjectDescription& object, const Eigen::Matrix3d& R
 }
 
 Result<WorldDescription> read_world(const SimulationOptions& options) {
-  WorldReader reader{options, {}, {}};
+  WorldReader reader{options, {}, {}, {}};
+  reader.folder = options.world_path.parent_path();
   reader.objects_folder = options.urdf_path.parent_path().parent_path() / "objects";
   std::string file = "world";
   YAML::Node node;

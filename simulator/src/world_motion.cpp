@@ -1,4 +1,5 @@
-// The world port's verbs that change how things weigh, touch and move, and that go back in time.
+// The world port's verbs that change how things weigh, touch and move.
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -9,7 +10,6 @@ namespace {
 
 using Impl = Simulation::Impl;
 
-constexpr std::size_t kMostSnapshots = 8;
 constexpr double kLeastMass_kg = 0.001;
 constexpr double kMostMass_kg = 1000;
 constexpr double kMostSpeed_m_s = 50;
@@ -71,12 +71,6 @@ std::string property(Impl& sim, Arguments& arguments, const char* what, double l
   return "[ok]";
 }
 
-// The verbs' frame is the port's: x left, y up, z forward.
-Eigen::Vector3d to_world(const Eigen::Vector3d& v_Port) { return X_WorldPort().linear() * v_Port; }
-Eigen::Vector3d to_port(const Eigen::Vector3d& v_World) {
-  return X_WorldPort().linear().transpose() * v_World;
-}
-
 std::string push(Impl& sim, Arguments& arguments, const char* reason, const char* what, double most,
                  bool turns) {
   const std::size_t index = read_object(sim, arguments);
@@ -94,17 +88,7 @@ std::string push(Impl& sim, Arguments& arguments, const char* reason, const char
   return "[ok]";
 }
 
-std::string snapshot_name(Arguments& arguments) {
-  std::string name = arguments.done() ? "default" : arguments.word("the name");
-  arguments.end();
-  if (arguments.ok() && (name.empty() || name.size() > 60))
-    arguments.fail("could not set name", "a name has 1 to 60 characters");
-  return name;
-}
-
-}  // namespace
-
-std::string world_mass(Impl& sim, Arguments& arguments) {
+std::string set_mass(Impl& sim, Arguments& arguments) {
   return property(
       sim, arguments, "mass", kLeastMass_kg, kMostMass_kg,
       [](const ObjectBody& o) { return o.body() == nullptr ? 0 : mass_kg(o.description()); },
@@ -115,7 +99,7 @@ std::string world_mass(Impl& sim, Arguments& arguments) {
       });
 }
 
-std::string world_density(Impl& sim, Arguments& arguments) {
+std::string set_density(Impl& sim, Arguments& arguments) {
   return property(
       sim, arguments, "density", 0.1, 30000,
       [](const ObjectBody& o) {
@@ -134,7 +118,7 @@ std::string world_density(Impl& sim, Arguments& arguments) {
       });
 }
 
-std::string world_friction(Impl& sim, Arguments& arguments) {
+std::string set_friction(Impl& sim, Arguments& arguments) {
   return property(
       sim, arguments, "friction", 0, 10, [](const ObjectBody& o) { return o.description().surface.friction; },
       [](ObjectBody& o, double value) -> std::string {
@@ -145,7 +129,7 @@ std::string world_friction(Impl& sim, Arguments& arguments) {
       });
 }
 
-std::string world_restitution(Impl& sim, Arguments& arguments) {
+std::string set_restitution(Impl& sim, Arguments& arguments) {
   return property(
       sim, arguments, "restitution", 0, 1,
       [](const ObjectBody& o) { return o.description().surface.restitution; },
@@ -157,7 +141,7 @@ std::string world_restitution(Impl& sim, Arguments& arguments) {
       });
 }
 
-std::string world_speed(Impl& sim, Arguments& arguments) {
+std::string set_speed(Impl& sim, Arguments& arguments) {
   constexpr const char* kReason = "could not set speed";
   const std::size_t index = read_object(sim, arguments);
   if (!arguments.ok()) return arguments.failure();
@@ -178,67 +162,31 @@ std::string world_speed(Impl& sim, Arguments& arguments) {
   return "[ok]";
 }
 
-std::string world_force(Impl& sim, Arguments& arguments) {
+std::string set_force(Impl& sim, Arguments& arguments) {
   return push(sim, arguments, "could not set force", "force (N)", kMostForce_N, false);
 }
 
-std::string world_torque(Impl& sim, Arguments& arguments) {
+std::string set_torque(Impl& sim, Arguments& arguments) {
   return push(sim, arguments, "could not set torque", "torque (N m)", kMostTorque_Nm, true);
 }
 
-std::string world_link(Impl& sim, Arguments& arguments) {
-  if (arguments.done()) {
-    std::string names;
-    for (const std::string& name : sim.link_names) names += (names.empty() ? "" : " ") + name_text(name);
-    return names;
-  }
-  const std::string name = arguments.word("the link");
-  arguments.end();
-  if (!arguments.ok()) return arguments.failure();
-  const RobotBody::Frame frame = sim.robot->find_frame(name);
-  if (frame.link < 0) {
-    return fail_reply("link not recognized", "the robot has no link of that name; world link lists them");
-  }
-  return pose_text(sim.pose(frame));
-}
+constexpr std::array<WorldVerb, 7> kVerbs = {{
+    {"mass", set_mass, "OBJECT [KG]", "its mass", "world mass box 1 0.2"},
+    {"density", set_density, "OBJECT [KG/M3]", "sets the mass by the volume", "world density box 1 640"},
+    {"friction", set_friction, "OBJECT [MU]", "a pair slides at the geometric mean of both",
+     "world friction box 1 0.5"},
+    {"restitution", set_restitution, "OBJECT [0..1]", "a pair bounces with the lower of both",
+     "world restitution sph 1 0.8"},
+    {"speed", set_speed, "OBJECT [VX VY VZ [WX WY WZ]]", "m/s and rad/s", "world speed sph 1 0 2 0"},
+    {"force", set_force, "OBJECT FX FY FZ [SECONDS]",
+     "N at the centre of mass, for 0.01 s if not said; in place of the push before",
+     "world force box 1 0 0 2 0.5"},
+    {"torque", set_torque, "OBJECT TX TY TZ [SECONDS]", "N m; in place of the push before",
+     "world torque box 1 0 0.01 0 0.1"},
+}};
 
-std::string world_snapshot(Impl& sim, Arguments& arguments) {
-  const std::string name = snapshot_name(arguments);
-  if (!arguments.ok()) return arguments.failure();
-  if (sim.snapshots.size() >= kMostSnapshots && sim.snapshots.count(name) == 0) {
-    return fail_reply("too many snapshots",
-                      "there are " + std::to_string(kMostSnapshots) + "; use a name again");
-  }
-  sim.snapshots[name] = sim.snapshot();
-  return "[ok]";
-}
+}  // namespace
 
-std::string world_restore(Impl& sim, Arguments& arguments) {
-  const std::string name = snapshot_name(arguments);
-  if (!arguments.ok()) return arguments.failure();
-  const auto found = sim.snapshots.find(name);
-  if (found == sim.snapshots.end()) {
-    std::string names;
-    for (const auto& [known, snapshot] : sim.snapshots) names += (names.empty() ? "" : ", ") + known;
-    return fail_reply("no such snapshot", names.empty() ? "there is none yet" : "there are: " + names);
-  }
-  // time goes on: whoever listens to the clock must not see it run backward
-  const std::int64_t now = sim.period;
-  if (Status done = sim.restore(found->second); !done)
-    return fail_reply("could not restore", done.error().message);
-  sim.drives->shift_time(static_cast<double>(now - sim.period) * Simulation::kControlPeriod_s);
-  sim.period = now;
-  return "[ok]";
-}
-
-std::string world_reset(Impl& sim, Arguments& arguments) {
-  arguments.end();
-  if (!arguments.ok()) return arguments.failure();
-  const std::int64_t now = sim.period;
-  sim.reset();
-  sim.drives->shift_time(static_cast<double>(now) * Simulation::kControlPeriod_s);
-  sim.period = now;
-  return "[ok]";
-}
+WorldVerbs motion_verbs() { return {"How things weigh, touch and move", kVerbs}; }
 
 }  // namespace nido::sim

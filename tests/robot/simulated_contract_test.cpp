@@ -97,6 +97,67 @@ TEST(SimulatedCamera, NoiseIsItsOwnAndRepeatable) {
   EXPECT_FALSE(sim::SimulatedCamera::create(robot, sim::Eye::kLeft, {}, {-1, 0, 1}).ok());
 }
 
+TEST(SimulatedCamera, FaultsSpoilThePicturesOfOneEyeUntilTheyAreCleared) {
+  const auto robot = simulated_robot();
+  const auto head = required(sim::SimulatedControlBoard::create(robot, "head"));
+  const auto left = required(sim::SimulatedCamera::create(robot, sim::Eye::kLeft, {}));
+  const auto right = required(sim::SimulatedCamera::create(robot, sim::Eye::kRight, {}));
+  sim::SimulatedWorld world(robot);
+  const int yaw[] = {2};
+  const double far_rad[] = {0.8};
+  ASSERT_TRUE(head->move_to(yaw, far_rad).ok());
+  std::int64_t now_ns = 0;
+  const auto picture = [&](ICamera& eye) {
+    EXPECT_TRUE(robot->step_to(now_ns += 3 * kPeriod_ns).ok());
+    Image image;
+    EXPECT_TRUE(eye.grab(image).ok());
+    return image.rgb;
+  };
+  ASSERT_EQ(world.command("world fault cam left stuck"), "[ok]");
+  const auto first = picture(*left);
+  EXPECT_TRUE(picture(*left) == first) << "the head moves, the picture does not";
+  EXPECT_FALSE(picture(*right) == picture(*right)) << "the other eye sees";
+  ASSERT_EQ(world.command("world fault cam left off"), "[ok]");
+  const auto black = picture(*left);
+  EXPECT_EQ(black.size(), first.size());
+  EXPECT_EQ(std::count(black.begin(), black.end(), 0), static_cast<std::ptrdiff_t>(black.size()));
+  ASSERT_EQ(world.command("world fault cam left slow"), "[ok]");
+  const auto slow = picture(*left);
+  for (int i = 1; i < 5; ++i) EXPECT_TRUE(picture(*left) == slow) << i;
+  EXPECT_FALSE(picture(*left) == slow) << "every fifth is new";
+  ASSERT_EQ(world.command("world fault clear"), "[ok]");
+  Image clean;
+  Image grainy;
+  ASSERT_TRUE(left->grab(clean).ok());
+  ASSERT_EQ(world.command("world fault cam left noise"), "[ok]");
+  ASSERT_TRUE(left->grab(grainy).ok());
+  double sum = 0;
+  for (std::size_t i = 0; i < clean.rgb.size(); ++i)
+    sum += std::abs(static_cast<double>(clean.rgb[i]) - grainy.rgb[i]);
+  EXPECT_GT(sum / static_cast<double>(clean.rgb.size()), 20) << "levels";
+  ASSERT_EQ(world.command("world fault clear"), "[ok]");
+  ASSERT_TRUE(left->grab(grainy).ok());
+  EXPECT_TRUE(grainy.rgb == clean.rgb);
+}
+
+TEST(SimulatedCamera, ThePortsLightIsSeen) {
+  const auto robot = simulated_robot();
+  const auto eye = required(sim::SimulatedCamera::create(robot, sim::Eye::kLeft, {}));
+  sim::SimulatedWorld world(robot);
+  const auto mean = [&] {
+    Image image;
+    EXPECT_TRUE(eye->grab(image).ok());
+    double sum = 0;
+    for (const std::uint8_t level : image.rgb) sum += level;
+    return sum / static_cast<double>(image.rgb.size());
+  };
+  const double normal = mean();
+  ASSERT_EQ(world.command("world light brightness 0.25"), "[ok]");
+  EXPECT_NEAR(mean() / normal, 0.5, 0.1) << "a quarter of the light: half the coded value";
+  ASSERT_EQ(world.command("world reset"), "[ok]");
+  EXPECT_NEAR(mean(), normal, 0.01);
+}
+
 TEST(SimulatedControlBoard, NamesThePartsThatThereAre) {
   const auto board = sim::SimulatedControlBoard::create(simulated_robot(), "tail");
   ASSERT_FALSE(board.ok());

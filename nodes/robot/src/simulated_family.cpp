@@ -28,6 +28,14 @@ const Schema& simulation_schema() {
         .meaning = "of each physics step",
         .min = 20,
         .max = 1000},
+       {.key = "self_collision",
+        .kind = ValueKind::kFlag,
+        .fallback = "false",
+        .meaning = "the robot's limbs and fingers touch each other"},
+       {.key = "scene_folder",
+        .fallback = "out/scenes",
+        .meaning =
+            "where the world port keeps scenes and snapshots, seen from where the process was started"},
        {.key = "antialiasing",
         .kind = ValueKind::kInteger,
         .fallback = "4",
@@ -56,9 +64,11 @@ Result<std::shared_ptr<sim::SimulatedRobot>> shared_robot(DeviceContext& context
   options.seed = context.run.seed;
   options.physics_step_s = (*parameters)["physics_step_s"].as<double>();
   options.solver_iterations = (*parameters)["solver_iterations"].as<int>();
+  options.light.brightness = (*parameters)["brightness"].as<double>();
+  options.self_collision = (*parameters)["self_collision"].as<bool>();
+  options.scene_folder = (*parameters)["scene_folder"].as<std::string>();
   sim::RenderOptions rendering;
   rendering.samples = (*parameters)["antialiasing"].as<int>();
-  rendering.lighting.brightness = (*parameters)["brightness"].as<double>();
   Result<std::shared_ptr<sim::SimulatedRobot>> made = sim::SimulatedRobot::create(options, rendering);
   if (made) context.simulated = *made;
   return made;

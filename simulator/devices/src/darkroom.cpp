@@ -44,6 +44,9 @@ void Darkroom::work() {
 Result<Image> Darkroom::draw_now(Job& job) {
   if (job.scene != drawn_) {
     if (Status set = renderer_.setScene(*job.scene); !set) return set.error();
+    if (!drawn_ || !(drawn_->light == job.scene->light)) {
+      if (Status set = renderer_.setLighting(job.scene->light); !set) return set.error();
+    }
     drawn_ = job.scene;
   }
   if (Status drawn = renderer_.render(job.camera, job.picture); !drawn) return drawn.error();

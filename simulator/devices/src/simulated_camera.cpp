@@ -1,5 +1,6 @@
 #include "nido/simulator/devices/simulated_camera.h"
 
+#include <algorithm>
 #include <mutex>
 #include <utility>
 
@@ -35,11 +36,48 @@ Status SimulatedCamera::open_shutter() {
   const std::lock_guard robot_lock(robot_->mutex());
   Camera camera = camera_;
   if (eye_) camera.X_WorldCamera = robot_->simulation().X_WorldCamera(*eye_);
+  const CameraFault fault = eye_ ? robot_->simulation().camera_fault(*eye_) : CameraFault::kNone;
+  const bool is_faulty = fault != CameraFault::kNone;
   Darkroom::Finish finish;
-  if (noise_) finish = [noise = noise_](Image& picture) { noise->apply(picture); };
+  if (noise_ || is_faulty || was_faulty_) {
+    finish = [noise = noise_, faulty = faulty_, fault](Image& picture) {
+      if (noise) noise->apply(picture);
+      spoil(*faulty, fault, picture);
+    };
+  }
+  was_faulty_ = is_faulty;
   picture_ = robot_->begin_picture(camera, std::move(storage_), std::move(finish));
   storage_ = {};
   return {};
+}
+
+void SimulatedCamera::spoil(Faulty& faulty, CameraFault fault, Image& picture) {
+  constexpr int kSlowness = 5;
+  constexpr double kGrain_levels = 60;
+  if (fault != faulty.fault) faulty = {.fault = fault};
+  switch (fault) {
+    case CameraFault::kNone:
+      return;
+    case CameraFault::kOff:
+      std::fill(picture.rgb.begin(), picture.rgb.end(), std::uint8_t{0});
+      break;
+    case CameraFault::kNoise:
+      if (!faulty.grain) {
+        if (auto made = PictureNoise::create({.noise_levels = kGrain_levels}); made)
+          faulty.grain = std::move(*made);
+      }
+      if (faulty.grain) faulty.grain->apply(picture);
+      break;
+    case CameraFault::kStuck:
+    case CameraFault::kSlow:
+      if (faulty.taken == 0 || (fault == CameraFault::kSlow && faulty.taken % kSlowness == 0)) {
+        faulty.held.rgb = picture.rgb;
+      } else {
+        picture.rgb = faulty.held.rgb;
+      }
+      break;
+  }
+  ++faulty.taken;
 }
 
 Status SimulatedCamera::grab(Image& image) {

@@ -32,11 +32,23 @@ struct VisualInstance {
   Eigen::Isometry3d X_WorldShape = Eigen::Isometry3d::Identity();
 };
 
+// The lamps of the room. All values are linear; 1 is normal.
+struct Lighting {
+  double brightness = 1.0;  // scales all light, the ambient too: 0.5 is a dim room
+  double key = 1.0;         // the ceiling lamp, which casts shadows
+  double fill = 1.0;        // a weak lamp on the other side, without shadows
+  double ambient = 1.0;     // light from everywhere
+  Eigen::Vector3d key_direction_World = {-0.35, -0.45, 1.0};  // towards the lamp; any length but zero
+  bool shadows = true;
+  friend bool operator==(const Lighting&, const Lighting&) = default;
+};
+
 // Everything that a camera can see at one moment. Shapes keep their order from frame to frame unless
 // `revision` changes, so that a renderer may keep its buffers.
 struct SceneSnapshot {
   std::uint64_t revision = 0;
   std::vector<VisualInstance> instances;
+  Lighting light;
 };
 
 }  // namespace nido::sim

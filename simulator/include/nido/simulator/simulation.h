@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "nido/interfaces/result.h"
+#include "nido/simulator/faults.h"
 #include "nido/simulator/joints.h"
 #include "nido/simulator/scene.h"
 
@@ -26,6 +27,10 @@ struct SimulationOptions {
   double physics_step_s = 0.001;  // must divide the control period of 10 ms
   int solver_iterations = 20;     // most in every physics step
   bool self_collision = false;    // the robot's limbs and fingers touch each other
+  Lighting light;                 // of the room, at the start and after a reset
+  // Where the world port keeps what it saves, scenes and snapshots; made when needed. The port writes nowhere
+  // else.
+  std::filesystem::path scene_folder = "out/scenes";
 };
 
 enum class Hand { kLeft, kRight };
@@ -151,6 +156,8 @@ class Simulation {
   [[nodiscard]] const HandTouch& touch(Hand hand) const;
   // Camera frame of an eye: z along the optical axis, x to the right and y down in the image.
   [[nodiscard]] Eigen::Isometry3d X_WorldCamera(Eye eye) const;
+  // What the camera of an eye does instead of its work; the world port says so.
+  [[nodiscard]] CameraFault camera_fault(Eye eye) const;
   // Head's inertial sensor in its own frame: what an accelerometer feels (gravity included) and the turn
   // rate.
   struct Inertial {

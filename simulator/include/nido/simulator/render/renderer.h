@@ -12,16 +12,6 @@
 
 namespace nido::sim {
 
-// The lamps of the room. All values are linear; 1 is normal.
-struct Lighting {
-  double brightness = 1.0;  // scales all light, the ambient too: 0.5 is a dim room
-  double key = 1.0;         // the ceiling lamp, which casts shadows
-  double fill = 1.0;        // a weak lamp on the other side, without shadows
-  double ambient = 1.0;     // light from everywhere
-  Eigen::Vector3d key_direction_World = {-0.35, -0.45, 1.0};  // towards the lamp; any length but zero
-  bool shadows = true;
-};
-
 struct RenderOptions {
   int samples = 4;   // antialiasing of edges: 1 (none) or 4 samples a pixel
   bool room = true;  // floor (at z = -0.5976 m) and walls around the robot; else only a plain background

@@ -36,7 +36,17 @@ class SimulatedCamera final : public ICamera, public IShutter {
   std::optional<Eye> eye_;
   const Camera camera_;
   const std::shared_ptr<PictureNoise> noise_;  // used by the drawing thread alone; null: none
+  // What a fault of the camera needs to remember; used by the drawing thread alone.
+  struct Faulty {
+    std::optional<PictureNoise> grain{};
+    Image held{};   // what a stuck or slow camera shows
+    int taken = 0;  // pictures since the fault began
+    CameraFault fault = CameraFault::kNone;
+  };
+  static void spoil(Faulty& faulty, CameraFault fault, Image& picture);
+  const std::shared_ptr<Faulty> faulty_ = std::make_shared<Faulty>();
   std::mutex mutex_;
+  bool was_faulty_ = false;
   std::optional<std::future<Result<Image>>> picture_;  // taken, not delivered yet
   Image storage_;                                      // of the next picture
 };

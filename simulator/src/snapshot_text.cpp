@@ -1,0 +1,202 @@
+// Snapshots as JSON: a line here for everything that a state is made of.
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "simulation_state.h"
+
+// Vectors as lists, rotations and matrices row by row.
+namespace nlohmann {
+
+template <int Rows, int Columns>
+struct adl_serializer<Eigen::Matrix<double, Rows, Columns>> {
+  using Matrix = Eigen::Matrix<double, Rows, Columns>;
+  static void to_json(json& j, const Matrix& m) {
+    j = json::array();
+    for (int r = 0; r < Rows; ++r) {
+      for (int c = 0; c < Columns; ++c) j.push_back(m(r, c));
+    }
+  }
+  static void from_json(const json& j, Matrix& m) {
+    const auto values = j.get<std::array<double, static_cast<std::size_t>(Rows * Columns)>>();
+    for (int r = 0; r < Rows; ++r) {
+      for (int c = 0; c < Columns; ++c) m(r, c) = values[static_cast<std::size_t>(r * Columns + c)];
+    }
+  }
+};
+
+template <>
+struct adl_serializer<Eigen::Isometry3d> {
+  static void to_json(json& j, const Eigen::Isometry3d& X) {
+    const Eigen::Vector3d p = X.translation();
+    const Eigen::Matrix3d R = X.linear();
+    j = json{{"p_m", p}, {"R", R}};
+  }
+  static void from_json(const json& j, Eigen::Isometry3d& X) {
+    X = Eigen::Isometry3d::Identity();
+    X.translation() = j.at("p_m").get<Eigen::Vector3d>();
+    X.linear() = j.at("R").get<Eigen::Matrix3d>();
+  }
+};
+
+}  // namespace nlohmann
+
+namespace nido::sim {
+
+using nlohmann::json;
+
+NLOHMANN_JSON_SERIALIZE_ENUM(ShapeKind, {{ShapeKind::kBox, "box"},
+                                         {ShapeKind::kSphere, "sphere"},
+                                         {ShapeKind::kCylinder, "cylinder"},
+                                         {ShapeKind::kCapsule, "capsule"},
+                                         {ShapeKind::kMesh, "mesh"}})
+NLOHMANN_JSON_SERIALIZE_ENUM(JointMode, {{JointMode::kIdle, "idle"},
+                                         {JointMode::kPosition, "position"},
+                                         {JointMode::kDirect, "direct"},
+                                         {JointMode::kVelocity, "velocity"},
+                                         {JointMode::kTorque, "torque"},
+                                         {JointMode::kPwm, "pwm"}})
+NLOHMANN_JSON_SERIALIZE_ENUM(CameraFault, {{CameraFault::kNone, "none"},
+                                           {CameraFault::kStuck, "stuck"},
+                                           {CameraFault::kOff, "off"},
+                                           {CameraFault::kNoise, "noise"},
+                                           {CameraFault::kSlow, "slow"}})
+NLOHMANN_JSON_SERIALIZE_ENUM(JointFault, {{JointFault::kNone, "none"},
+                                          {JointFault::kWeak, "weak"},
+                                          {JointFault::kOff, "off"},
+                                          {JointFault::kStuck, "stuck"}})
+NLOHMANN_JSON_SERIALIZE_ENUM(SkinFault, {{SkinFault::kNone, "none"},
+                                         {SkinFault::kStuck, "stuck"},
+                                         {SkinFault::kOff, "off"}})
+
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Surface, friction, restitution, rolling_m)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(VisualShape, kind, size, mesh_path, rgba, texture, shininess)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(PlacedShape, shape, X_OwnerShape, mass_kg)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ObjectDescription, name, kind, is_static, touches_robot, surface, shapes,
+                                   X_WorldObject)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ObjectBody::Push, force_World_N, torque_World_Nm, left_s)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ObjectBody::Motion, X_WorldObject, position, quaternion, rotation,
+                                   velocity, angular_velocity, enabled, quiet_s, push)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RobotTree::State, angle_rad, speed_rad_s, at_torque)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RobotBody::State, tree, awake)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(JointState, position_rad, velocity_rad_s, torque_Nm, target,
+                                   reference_speed_rad_s, reference_rad, servo_gain_1_s, home_rad, mode,
+                                   motion_done)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Trajectory, age, duration_s, coefficient)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(AxisState, measured, reference_rad, reference_velocity_rad_s,
+                                   previous_reference_rad, fault, at_limit, trajectory)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Drives::State, axes, applied_torque_Nm)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(HandTouch, on, force_N)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ContactSolver::Side, link, object)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Contacts::Grip, robot_geom, object, p_LinkAnchor_m, p_ObjectAnchor_m)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Contacts::Load, a, b, robot_geom, p_World_m, force_World_N,
+                                   torque_World_Nm)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Contacts::State, touch, skin_fault, grips, loads)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Simulation::Wrench, force_N, torque_Nm)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(LimbForces::Motion, momentum, turn_momentum)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(LimbForces::State, before, wrenches)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Lighting, brightness, key, fill, ambient, key_direction_World, shadows)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SimulationState, period, robot, objects, drives, contacts, head_velocity,
+                                   limb_forces, camera_fault, light)
+
+namespace {
+
+constexpr const char* kFormat = "nido snapshot 1";
+
+// The first thing about an object that no object may have; empty: none.
+std::string trouble_of(const ObjectDescription& object) {
+  constexpr double kSmallest = 1e-6;
+  constexpr double kLargest = 1e3;
+  const auto rigid = [](const Eigen::Isometry3d& X) {
+    return X.translation().cwiseAbs().maxCoeff() < 1e4 &&
+           (X.linear().transpose() * X.linear() - Eigen::Matrix3d::Identity()).norm() < 1e-6 &&
+           X.linear().determinant() > 0;
+  };
+  if (object.name.empty() || object.name.size() > 60) return "a name has 1 to 60 characters";
+  if (object.shapes.empty() || object.shapes.size() > 64) return "an object has 1 to 64 shapes";
+  if (!rigid(object.X_WorldObject)) return "its pose is none";
+  const Surface& s = object.surface;
+  if (!(s.friction >= 0 && s.friction <= 10 && s.restitution >= 0 && s.restitution <= 1 && s.rolling_m >= 0 &&
+        s.rolling_m <= 0.1))
+    return "its surface is none";
+  for (const PlacedShape& placed : object.shapes) {
+    const Eigen::Vector3d& size = placed.shape.size;
+    const int sizes = placed.shape.kind == ShapeKind::kSphere                                         ? 1
+                      : placed.shape.kind == ShapeKind::kBox || placed.shape.kind == ShapeKind::kMesh ? 3
+                                                                                                      : 2;
+    for (int i = 0; i < sizes; ++i) {
+      if (!(size[i] >= kSmallest && size[i] <= kLargest)) return "a shape's size is none";
+    }
+    if (!rigid(placed.X_OwnerShape)) return "a shape's pose is none";
+    if (!(placed.mass_kg > 0 && placed.mass_kg <= 1e4)) return "a shape's mass is none";
+  }
+  return {};
+}
+
+// The first thing in which the state does not fit; empty: it fits.
+std::string trouble_of(const WorldSnapshot& snapshot, const StateShape& shape) {
+  const SimulationState& s = snapshot.state;
+  const std::size_t links = shape.hinges.size() + 1;
+  if (s.robot.tree.angle_rad.size() != links || s.robot.tree.speed_rad_s.size() != links ||
+      s.robot.tree.at_torque.size() != links || s.robot.awake.size() != links ||
+      s.drives.applied_torque_Nm.size() != links || s.limb_forces.before.size() != links)
+    return "the robot's state is not of " + std::to_string(links) + " links";
+  if (s.drives.axes.size() != shape.joints)
+    return "the drives' state is not of " + std::to_string(shape.joints) + " joints";
+  if (s.limb_forces.wrenches.size() != shape.sensors)
+    return "the state is not of " + std::to_string(shape.sensors) + " force/torque sensors";
+  if (s.objects.size() != snapshot.objects.size()) return "objects and their motions are not as many";
+  if (s.period < 0) return "its time is before the start";
+  for (const ObjectDescription& object : snapshot.objects) {
+    const std::string trouble = trouble_of(object);
+    if (!trouble.empty()) return "object \"" + object.name + "\": " + trouble;
+  }
+  for (const ObjectBody::Motion& motion : s.objects) {
+    double norm = 0;
+    for (const double q : motion.quaternion) norm += q * q;
+    // static objects have none
+    if (norm != 0 && std::abs(norm - 1) > 1e-6) return "an object's orientation is none";
+  }
+  return {};
+}
+
+}  // namespace
+
+std::string snapshot_text(const WorldSnapshot& snapshot, const StateShape& shape) {
+  const json file = {{"format", kFormat},
+                     {"hinges", shape.hinges},
+                     {"objects", snapshot.objects},
+                     {"state", snapshot.state}};
+  return file.dump() + "\n";
+}
+
+Result<WorldSnapshot> read_snapshot(const std::string& text, const StateShape& shape,
+                                    const std::string& source) {
+  const auto refuse = [&source](const std::string& why) {
+    return Error{ErrorCode::kInvalidArgument, source + ": " + why};
+  };
+  WorldSnapshot snapshot;
+  try {
+    const json file = json::parse(text);
+    if (!file.is_object() || file.value("format", "") != kFormat)
+      return refuse(std::string("is no snapshot: it does not begin with the format \"") + kFormat + "\"");
+    if (file.at("hinges").get<std::vector<std::string>>() != shape.hinges)
+      return refuse("is a snapshot of another robot: its hinges have other names");
+    file.at("objects").get_to(snapshot.objects);
+    file.at("state").get_to(snapshot.state);
+  } catch (const json::exception& e) {
+    return refuse(e.what());
+  }
+  const std::string trouble = trouble_of(snapshot, shape);
+  if (!trouble.empty()) return refuse(trouble);
+  for (ObjectDescription& object : snapshot.objects) {
+    for (PlacedShape& placed : object.shapes) {
+      if (placed.shape.kind != ShapeKind::kMesh) continue;
+      auto mesh = load_mesh(placed.shape.mesh_path, placed.shape.size);
+      if (!mesh) return refuse(mesh.error().message);
+      placed.mesh = *mesh;
+    }
+  }
+  return snapshot;
+}
+
+}  // namespace nido::sim
