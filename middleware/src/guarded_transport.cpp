@@ -5,10 +5,9 @@
 #include <fastdds/rtps/transport/ChainingTransport.h>
 #include <fastdds/rtps/transport/ChainingTransportDescriptor.h>
 
-#include <algorithm>
 #include <memory>
 #include <mutex>
-#include <vector>
+#include <set>
 
 namespace nido {
 
@@ -34,7 +33,7 @@ class GuardedTransport final : public transport::ChainingTransport {
     if (!low_level_transport_->OpenOutputChannel(low_resources_, locator)) {
       return false;
     }
-    opened_.push_back(locator);
+    opened_.insert(locator);
     for (; wrapped_ < low_resources_.size(); ++wrapped_) {
       resources.push_back(std::make_unique<Resource>(*this, *low_resources_[wrapped_]));
     }
@@ -62,10 +61,9 @@ class GuardedTransport final : public transport::ChainingTransport {
 
  private:
   void open_if_new(const rtps::Locator_t& locator) {
-    if (std::find(opened_.begin(), opened_.end(), locator) == opened_.end() &&
-        low_level_transport_->IsLocatorSupported(locator)) {
+    if (!opened_.contains(locator) && low_level_transport_->IsLocatorSupported(locator)) {
       low_level_transport_->OpenOutputChannel(low_resources_, locator);
-      opened_.push_back(locator);
+      opened_.insert(locator);
     }
   }
 
@@ -119,7 +117,7 @@ class GuardedTransport final : public transport::ChainingTransport {
   std::mutex mutex_;
   transport::SendResourceList low_resources_;
   std::size_t wrapped_ = 0;
-  std::vector<rtps::Locator_t> opened_;
+  std::set<rtps::Locator_t> opened_;
 };
 
 }  // namespace

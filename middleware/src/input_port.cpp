@@ -23,7 +23,7 @@ std::int64_t wall_now_ns() {
       .count();
 }
 // commands that a node has not taken yet. Many come at once when one before them was lost on the way and had
-// to be sent again; as many as a sender keeps for a reader that is behind (endpoints.cpp).
+// to be sent again; as many as a sender keeps for a reader that is behind (endpoint_quality.cpp).
 constexpr std::size_t kMostCommands = 2000;
 
 }  // namespace

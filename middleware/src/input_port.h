@@ -10,11 +10,12 @@
 #include <vector>
 
 #include "delay_log.h"
-#include "endpoints.h"
 #include "name_lock.h"
 #include "nido/middleware/direct_port.h"
 #include "port_book.h"
+#include "reader.h"
 #include "ring.h"
+#include "writer.h"
 
 namespace nido {
 

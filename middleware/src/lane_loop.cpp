@@ -4,6 +4,7 @@
 #include <sys/eventfd.h>
 
 #include <array>
+#include <system_error>
 
 namespace nido {
 
@@ -17,8 +18,14 @@ LaneLoop::LaneLoop() : events_(epoll_create1(EPOLL_CLOEXEC)), wake_(eventfd(0, E
   epoll_event event{};
   event.events = EPOLLIN;
   event.data.u64 = 0;
-  epoll_ctl(events_.get(), EPOLL_CTL_ADD, wake_.get(), &event);
-  thread_ = std::thread([this] { serve(); });
+  if (!wake_.is_open() || epoll_ctl(events_.get(), EPOLL_CTL_ADD, wake_.get(), &event) != 0) {
+    return;
+  }
+  try {
+    thread_ = std::thread([this] { serve(); });
+  } catch (const std::system_error&) {
+    // there are no more threads: is_running() tells
+  }
 }
 
 LaneLoop::~LaneLoop() { stop(); }
@@ -53,8 +60,10 @@ std::uint64_t LaneLoop::add(int fd, std::shared_ptr<Served> served, std::uint32_
   epoll_event event{};
   event.events = epoll_events;
   event.data.u64 = ++last_id_;
+  if (epoll_ctl(events_.get(), EPOLL_CTL_ADD, fd, &event) != 0) {
+    return 0;
+  }
   served_[last_id_] = std::move(served);
-  epoll_ctl(events_.get(), EPOLL_CTL_ADD, fd, &event);
   return last_id_;
 }
 

@@ -32,7 +32,9 @@ class LaneLoop {
   // it longer.
   void stop();
 
-  // Serves until remove(id). Returns the id.
+  // False when the system gave it no files or no thread: it serves nothing.
+  [[nodiscard]] bool is_running() const { return thread_.joinable(); }
+  // Serves until remove(id). Returns the id; 0 when the system cannot watch one more.
   std::uint64_t add(int fd, std::shared_ptr<Served> served, std::uint32_t epoll_events);
   void change(std::uint64_t id, int fd, std::uint32_t epoll_events);
   // A call that is going on may still end after this.

@@ -5,12 +5,13 @@
 #include <sys/mman.h>
 
 #include <cerrno>
+#include <utility>
 
 namespace nido {
 
 namespace {
 
-// the other process has more newcomers than it has got to know yet
+// until a lane that did not begin is tried again
 constexpr auto kRetry = std::chrono::milliseconds(10);
 // then the other sockets have their turn
 constexpr int kMostAtOnce = 16;
@@ -46,8 +47,10 @@ void LaneReader::connect() {
   const LaneAddress address(writer_.guidPrefix);
   Fd fd(socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
   if (!fd.is_open() || ::connect(fd.get(), address.get(), address.length) != 0) {
-    if (errno == EAGAIN) {
-      loop_->post([self = shared_from_this()] { self->connect(); }, kRetry);
+    // nobody listens there any more: that process is gone for good. Whatever else it is may pass: the other
+    // one has more newcomers than it has got to know yet, or there are no more files for this one.
+    if (errno != ECONNREFUSED) {
+      connect_later();
     }
     return;
   }
@@ -56,14 +59,33 @@ void LaneReader::connect() {
   hello.writer = pack(writer_);
   hello.reader = pack(reader_);
   if (send(fd.get(), &hello, sizeof hello, MSG_NOSIGNAL | MSG_DONTWAIT) < 0) {
+    connect_later();
     return;
   }
   fd_ = std::move(fd);
   id_ = loop_->add(fd_.get(), shared_from_this(), EPOLLIN);
+  if (id_ == 0) {
+    fd_ = Fd();
+    connect_later();
+  }
+}
+
+void LaneReader::connect_later() {
+  loop_->post([self = shared_from_this()] { self->connect(); }, kRetry);
+}
+
+bool LaneReader::start() {
+  const std::lock_guard lock(mutex_);
+  is_started_ = is_open_;
+  return is_started_;
 }
 
 void LaneReader::close() {
   const std::lock_guard lock(mutex_);
+  shut();
+}
+
+void LaneReader::shut() {
   is_open_ = false;
   if (fd_.is_open()) {
     loop_->remove(id_, fd_.get());
@@ -72,21 +94,44 @@ void LaneReader::close() {
   }
 }
 
-void LaneReader::end() {
-  close();
+bool LaneReader::abandon() {
+  const std::lock_guard lock(mutex_);
   if (is_started_) {
-    is_started_ = false;
+    return false;
+  }
+  shut();
+  return true;
+}
+
+void LaneReader::end() {
+  bool was_started = false;
+  {
+    const std::lock_guard lock(mutex_);
+    was_started = std::exchange(is_started_, false);
+    if (!was_started && is_open_) {
+      // the output is not known there yet, or could not take this socket
+      loop_->remove(id_, fd_.get());
+      fd_ = Fd();
+      connect_later();
+      return;
+    }
+  }
+  close();
+  if (was_started) {
     if (const auto sink = sink_.lock()) {
       sink->on_lane_end(writer_);
     }
   }
 }
 
-void LaneReader::on_ready(std::uint32_t /*epoll_events*/) {
+void LaneReader::on_ready(std::uint32_t epoll_events) {
   const auto sink = sink_.lock();
   if (!sink) {
     close();
     return;
+  }
+  if ((epoll_events & EPOLLOUT) != 0) {
+    send_answers();
   }
   for (int i = 0; i < kMostAtOnce; ++i) {
     if (!receive_one(*sink)) {
@@ -95,15 +140,22 @@ void LaneReader::on_ready(std::uint32_t /*epoll_events*/) {
   }
 }
 
-void LaneReader::answer(FrameKind kind, std::uint32_t slot, std::uint64_t sequence) {
-  FrameHeader header;
-  header.kind = kind;
-  header.slot = slot;
-  header.sequence = sequence;
+void LaneReader::answer(const FrameHeader& header) {
   answers_.push_back(header);
+  send_answers();
+}
+
+void LaneReader::send_answers() {
   while (!answers_.empty() &&
-         send(fd_.get(), &answers_.front(), sizeof header, MSG_NOSIGNAL | MSG_DONTWAIT) >= 0) {
-    answers_.erase(answers_.begin());
+         send(fd_.get(), &answers_.front(), sizeof(FrameHeader), MSG_NOSIGNAL | MSG_DONTWAIT) >= 0) {
+    answers_.pop_front();
+  }
+  if (waits_for_room_ == answers_.empty()) {
+    waits_for_room_ = !answers_.empty();
+    const std::lock_guard lock(mutex_);
+    if (is_open_) {
+      loop_->change(id_, fd_.get(), std::uint32_t{EPOLLIN} | (waits_for_room_ ? EPOLLOUT : 0U));
+    }
   }
 }
 
@@ -116,6 +168,9 @@ bool LaneReader::map_slot(const FrameHeader& header, const Fd& file) {
     return false;
   }
   Slot& slot = slots_[header.slot];
+  if (slot.memory != nullptr) {
+    munmap(const_cast<std::uint8_t*>(slot.memory), slot.bytes);
+  }
   slot = {static_cast<const std::uint8_t*>(memory), header.slot_bytes};
   return true;
 }
@@ -149,7 +204,9 @@ bool LaneReader::receive_one(LaneSink& sink) {
                                                      static_cast<std::size_t>(size) - sizeof header);
   switch (header.kind) {
     case FrameKind::kStart:
-      is_started_ = true;
+      if (!start()) {
+        return false;
+      }
       sink.on_lane_start(writer_);
       return true;
     case FrameKind::kMessage:
@@ -157,15 +214,26 @@ bool LaneReader::receive_one(LaneSink& sink) {
         sink.on_lane_frame(writer_, header, inline_payload.first(header.size));
       }
       return true;
-    case FrameKind::kShared:
+    case FrameKind::kShared: {
+      FrameHeader read;
+      read.kind = FrameKind::kRelease;
+      read.slot = header.slot;
+      // without its file, for which there is no room in this process, a message is lost, and counted by the
+      // next one; the output is told to pass the file along again
       if (map_slot(header, file) && header.size <= slots_[header.slot].bytes) {
+        read.slot_bytes = header.slot_bytes;
         sink.on_lane_frame(writer_, header, {slots_[header.slot].memory, header.size});
       }
-      answer(FrameKind::kRelease, header.slot, 0);
+      answer(read);
       return true;
-    case FrameKind::kSync:
-      answer(FrameKind::kSync, 0, header.sequence);
+    }
+    case FrameKind::kSync: {
+      FrameHeader same;
+      same.kind = FrameKind::kSync;
+      same.sequence = header.sequence;
+      answer(same);
       return true;
+    }
     case FrameKind::kHello:
     case FrameKind::kRelease:
       break;

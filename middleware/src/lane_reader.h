@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -27,7 +28,7 @@ class LaneSink {
 // The input's end of one lane. Thread-safe.
 class LaneReader final : public LaneLoop::Served, public std::enable_shared_from_this<LaneReader> {
  public:
-  // Connects now or soon; an output that has gone by then is as if it had never been.
+  // Connects now or soon, again and again until the output's process has taken it, or is gone.
   static std::shared_ptr<LaneReader> open(std::shared_ptr<LaneLoop> loop, const Guid& writer,
                                           const Guid& reader, std::weak_ptr<LaneSink> sink);
   ~LaneReader() override;
@@ -35,6 +36,9 @@ class LaneReader final : public LaneLoop::Served, public std::enable_shared_from
   LaneReader& operator=(const LaneReader&) = delete;
   // A call that is going on may still end after this.
   void close();
+  // DDS says that the output is gone. Closes a lane that has not begun; false for one that has: it knows
+  // better.
+  [[nodiscard]] bool abandon();
 
   void on_ready(std::uint32_t epoll_events) override;
 
@@ -46,10 +50,16 @@ class LaneReader final : public LaneLoop::Served, public std::enable_shared_from
   LaneReader(std::shared_ptr<LaneLoop> loop, const Guid& writer, const Guid& reader,
              std::weak_ptr<LaneSink> sink);
   void connect();
+  // with mutex_
+  void connect_later();
+  void shut();
+  // True if the lane begins, false if it was closed meanwhile.
+  bool start();
   // False when the lane has ended.
   bool receive_one(LaneSink& sink);
   bool map_slot(const FrameHeader& header, const Fd& file);
-  void answer(FrameKind kind, std::uint32_t slot, std::uint64_t sequence);
+  void answer(const FrameHeader& header);
+  void send_answers();
   void end();
 
   const std::shared_ptr<LaneLoop> loop_;
@@ -61,12 +71,13 @@ class LaneReader final : public LaneLoop::Served, public std::enable_shared_from
   Fd fd_;
   std::uint64_t id_ = 0;
   bool is_open_ = true;
+  bool is_started_ = false;
 
   // of the loop's thread alone
-  bool is_started_ = false;
   std::vector<std::uint8_t> buffer_;
   std::map<std::uint32_t, Slot> slots_;
-  std::vector<FrameHeader> answers_;  // that there was no room for
+  std::deque<FrameHeader> answers_;  // that there was no room for
+  bool waits_for_room_ = false;
 };
 
 }  // namespace nido

@@ -9,11 +9,21 @@
 
 namespace nido {
 
-// The listening socket, and those that have connected but whose output is not known yet.
+namespace {
+
+// how long nobody is taken in when there were no files for one more
+constexpr auto kPause = std::chrono::milliseconds(100);
+
+}  // namespace
+
+// The listening socket, and those that have connected but not said hello yet.
 class LaneServer::Listener final : public LaneLoop::Served, public std::enable_shared_from_this<Listener> {
  public:
   Listener(std::shared_ptr<LaneLoop> loop, Fd fd) : loop_(std::move(loop)), fd_(std::move(fd)) {}
-  void start() { id_ = loop_->add(fd_.get(), shared_from_this(), EPOLLIN); }
+  bool start() {
+    id_ = loop_->add(fd_.get(), shared_from_this(), EPOLLIN);
+    return id_ != 0;
+  }
   void stop();
   void on_ready(std::uint32_t /*epoll_events*/) override;
   void introduce(const std::shared_ptr<Guest>& guest, const FrameHeader& hello);
@@ -22,16 +32,11 @@ class LaneServer::Listener final : public LaneLoop::Served, public std::enable_s
   void leave(const Guid& writer);
 
  private:
-  struct Waiting {
-    Fd fd;
-    Guid reader;
-  };
   const std::shared_ptr<LaneLoop> loop_;
   const Fd fd_;
   std::uint64_t id_ = 0;
   std::mutex mutex_;
   std::map<Guid, std::weak_ptr<LaneWriter>> writers_;
-  std::multimap<Guid, Waiting> waiting_;  // for an output that is being made
   std::vector<std::shared_ptr<Guest>> guests_;
 };
 
@@ -40,7 +45,10 @@ class LaneServer::Guest final : public LaneLoop::Served, public std::enable_shar
  public:
   Guest(std::weak_ptr<Listener> host, std::shared_ptr<LaneLoop> loop, Fd socket)
       : fd(std::move(socket)), host_(std::move(host)), loop_(std::move(loop)) {}
-  void start() { id_ = loop_->add(fd.get(), shared_from_this(), EPOLLIN); }
+  bool start() {
+    id_ = loop_->add(fd.get(), shared_from_this(), EPOLLIN);
+    return id_ != 0;
+  }
   void on_ready(std::uint32_t /*epoll_events*/) override {
     FrameHeader hello;
     const ssize_t size = recv(fd.get(), &hello, sizeof hello, MSG_DONTWAIT);
@@ -71,6 +79,12 @@ void LaneServer::Listener::on_ready(std::uint32_t /*epoll_events*/) {
   for (;;) {
     Fd fd(accept4(fd_.get(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
     if (!fd.is_open()) {
+      if (errno != EAGAIN && errno != EINTR && errno != ECONNABORTED) {
+        // no more files: the others wait at the door until there are
+        loop_->change(id_, fd_.get(), 0);
+        loop_->post([self = shared_from_this()] { self->loop_->change(self->id_, self->fd_.get(), EPOLLIN); },
+                    kPause);
+      }
       return;
     }
     auto guest = std::make_shared<Guest>(weak_from_this(), loop_, std::move(fd));
@@ -78,7 +92,9 @@ void LaneServer::Listener::on_ready(std::uint32_t /*epoll_events*/) {
       const std::lock_guard lock(mutex_);
       guests_.push_back(guest);
     }
-    guest->start();
+    if (!guest->start()) {
+      forget(guest);
+    }
   }
 }
 
@@ -95,8 +111,7 @@ void LaneServer::Listener::introduce(const std::shared_ptr<Guest>& guest, const 
     const std::lock_guard lock(mutex_);
     const auto found = writers_.find(writer);
     if (found == writers_.end()) {
-      waiting_.emplace(writer, Waiting{std::move(guest->fd), reader});
-      return;
+      return;  // gone, or still being made: it asks again
     }
     host = found->second.lock();
   }
@@ -106,25 +121,13 @@ void LaneServer::Listener::introduce(const std::shared_ptr<Guest>& guest, const 
 }
 
 void LaneServer::Listener::enter(const std::shared_ptr<LaneWriter>& writer) {
-  std::vector<Waiting> found;
-  {
-    const std::lock_guard lock(mutex_);
-    writers_[writer->guid()] = writer;
-    const auto [begin, end] = waiting_.equal_range(writer->guid());
-    for (auto it = begin; it != end; ++it) {
-      found.push_back(std::move(it->second));
-    }
-    waiting_.erase(begin, end);
-  }
-  for (Waiting& waiting : found) {
-    writer->adopt(std::move(waiting.fd), waiting.reader);
-  }
+  const std::lock_guard lock(mutex_);
+  writers_[writer->guid()] = writer;
 }
 
 void LaneServer::Listener::leave(const Guid& writer) {
   const std::lock_guard lock(mutex_);
-  // known for good, so that a late input does not wait: numbers are not given twice
-  writers_[writer] = {};
+  writers_.erase(writer);
 }
 
 std::unique_ptr<LaneServer> LaneServer::open(const eprosima::fastrtps::rtps::GuidPrefix_t& prefix) {
@@ -133,13 +136,18 @@ std::unique_ptr<LaneServer> LaneServer::open(const eprosima::fastrtps::rtps::Gui
   if (!fd.is_open() || bind(fd.get(), address.get(), address.length) != 0 || listen(fd.get(), 4096) != 0) {
     return nullptr;
   }
-  std::unique_ptr<LaneServer> self(new LaneServer());
+  auto self = closed();
+  if (!self) {
+    return nullptr;
+  }
   self->listener_ = std::make_shared<Listener>(self->sending_, std::move(fd));
-  self->listener_->start();
-  return self;
+  return self->listener_->start() ? std::move(self) : nullptr;
 }
 
-std::unique_ptr<LaneServer> LaneServer::closed() { return std::unique_ptr<LaneServer>(new LaneServer()); }
+std::unique_ptr<LaneServer> LaneServer::closed() {
+  std::unique_ptr<LaneServer> self(new LaneServer());
+  return self->sending_->is_running() && self->receiving_->is_running() ? std::move(self) : nullptr;
+}
 
 LaneServer::~LaneServer() {
   if (listener_) {

@@ -33,7 +33,7 @@ enum class FrameKind : std::uint32_t {
   kStart,               // to the input: it is known from here on
   kMessage,             // to the input: the payload follows
   kShared,              // to the input: the payload is in `slot`, whose file comes with its first use
-  kRelease,             // to the output: `slot` has been read
+  kRelease,             // to the output: `slot` has been read; slot_bytes 0: its file did not come along
   kSync,                // to the input: everything up to `sequence` has been sent; it answers with the same
 };
 

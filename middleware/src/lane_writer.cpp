@@ -8,6 +8,7 @@
 #include <bit>
 #include <cerrno>
 #include <chrono>
+#include <utility>
 
 namespace nido {
 
@@ -20,6 +21,8 @@ constexpr auto kCommandPatience = std::chrono::milliseconds(200);
 // large messages that an input has not read yet
 constexpr std::size_t kMostHeld = 16;
 constexpr std::size_t kMostHeldBestEffort = 4;
+// until it is tried again what the system had no memory for
+constexpr auto kPause = std::chrono::milliseconds(10);
 // packets that wait to be used again
 constexpr std::size_t kSpareFrames = 16;
 
@@ -78,6 +81,7 @@ class LaneWriter::Lane final : public LaneLoop::Served, public std::enable_share
   const Guid reader;
   std::uint64_t id = 0;
   bool waits_for_socket = false;
+  bool is_flushed_later = false;
   std::deque<FramePtr> pending;
   std::map<std::uint32_t, std::shared_ptr<Slot>> held;
   std::set<std::uint32_t> known_slots;
@@ -112,11 +116,16 @@ void LaneWriter::adopt(Fd fd, const Guid& reader) {
     Frame frame;
     frame.bytes.resize(sizeof start);
     std::memcpy(frame.bytes.data(), &start, sizeof start);
+    // an input whose lane does not begin asks again
+    lane->id = loop_->add(lane->fd.get(), lane, EPOLLIN);
+    if (lane->id == 0) {
+      return;
+    }
     if (!try_send(*lane, frame)) {
-      return;  // it has gone already
+      loop_->remove(lane->id, lane->fd.get());
+      return;
     }
     lanes_.push_back(lane);
-    lane->id = loop_->add(lane->fd.get(), lane, EPOLLIN);
     for (const FramePtr& kept : kept_) {
       offer(*lane, kept, true);
     }
@@ -177,7 +186,7 @@ std::shared_ptr<LaneWriter::Slot> LaneWriter::free_slot(std::size_t bytes) {
   return slot;
 }
 
-bool LaneWriter::try_send(Lane& lane, const Frame& frame) const {
+bool LaneWriter::try_send(Lane& lane, const Frame& frame) {
   iovec part{const_cast<unsigned char*>(frame.bytes.data()), frame.bytes.size()};
   msghdr message{};
   message.msg_iov = &part;
@@ -216,8 +225,27 @@ bool LaneWriter::try_send(Lane& lane, const Frame& frame) const {
       lane.waits_for_socket = true;
       loop_->change(lane.id, lane.fd.get(), EPOLLIN | EPOLLOUT);
     }
+    if (errno != EAGAIN && errno != EPIPE && errno != ECONNRESET) {
+      flush_later(lane);  // the system has no memory for it, or too many files are under way
+    }
     // an input that has gone is noticed by the loop
     return false;
+  }
+}
+
+void LaneWriter::flush_later(Lane& lane) {
+  if (!std::exchange(lane.is_flushed_later, true)) {
+    loop_->post(
+        [weak = weak_from_this(), lane_weak = lane.weak_from_this()] {
+          const auto self = weak.lock();
+          const auto again = lane_weak.lock();
+          if (self && again) {
+            const std::lock_guard lock(self->mutex_);
+            again->is_flushed_later = false;
+            self->flush(*again);
+          }
+        },
+        kPause);
   }
 }
 
@@ -400,6 +428,9 @@ void LaneWriter::on_ready(const std::shared_ptr<Lane>& lane, std::uint32_t epoll
       if (size == static_cast<ssize_t>(sizeof header)) {
         if (header.kind == FrameKind::kRelease) {
           lane->held.erase(header.slot);
+          if (header.slot_bytes == 0) {
+            lane->known_slots.erase(header.slot);
+          }
           has_released = true;
         } else if (header.kind == FrameKind::kSync) {
           lane->synced = std::max(lane->synced, header.sequence);

@@ -76,10 +76,11 @@ class LaneWriter : public std::enable_shared_from_this<LaneWriter> {
   std::shared_ptr<Slot> free_slot(std::size_t bytes);
   void distribute(const FramePtr& frame, const FrameHeader& header);
   void offer(Lane& lane, const FramePtr& frame, bool is_urgent);
-  bool try_send(Lane& lane, const Frame& frame) const;
+  bool try_send(Lane& lane, const Frame& frame);
   void flush(Lane& lane);
   bool wait_for_room(std::unique_lock<std::mutex>& lock);
   void drop(const std::shared_ptr<Lane>& lane);
+  void flush_later(Lane& lane);
 
   // on the loop
   void on_ready(const std::shared_ptr<Lane>& lane, std::uint32_t epoll_events);
@@ -107,15 +108,15 @@ class LaneWriter : public std::enable_shared_from_this<LaneWriter> {
 // them all. Thread-safe.
 class LaneServer {
  public:
-  // Null when there are no sockets.
+  // Null when there are no sockets or threads.
   static std::unique_ptr<LaneServer> open(const eprosima::fastrtps::rtps::GuidPrefix_t& prefix);
-  // For a participant that has no lanes: the threads only.
+  // For a participant that has no lanes: the threads only, null when there are none.
   static std::unique_ptr<LaneServer> closed();
   ~LaneServer();
   LaneServer(const LaneServer&) = delete;
   LaneServer& operator=(const LaneServer&) = delete;
 
-  // Hands over inputs that have asked for it already, and those that will.
+  // Hands over inputs that ask for it.
   void enter(const std::shared_ptr<LaneWriter>& writer);
   void leave(const Guid& writer);
   // Of outputs; it never runs what a user wrote.

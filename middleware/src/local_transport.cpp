@@ -40,6 +40,8 @@ constexpr std::uint32_t kLongestMessage = 65500;
 constexpr int kSendBuffer_bytes = 4 << 20;
 // a process that does not read its messages for so long is not waited for any more, until it reads again
 constexpr auto kPatience = std::chrono::milliseconds(100);
+// how long nobody is taken in when there were no files for one more
+constexpr auto kPause = std::chrono::milliseconds(100);
 // bytes of a locator's address: 'U', host number in two, mark
 constexpr std::size_t kHostAt = 1;
 constexpr std::size_t kMarkAt = 3;
@@ -120,7 +122,11 @@ class Inlet {
     t_delivers = true;
     std::array<epoll_event, 32> ready{};
     for (;;) {
-      const int count = epoll_wait(events_.get(), ready.data(), static_cast<int>(ready.size()), -1);
+      const int count = epoll_wait(events_.get(), ready.data(), static_cast<int>(ready.size()),
+                                   is_full_ ? static_cast<int>(kPause.count()) : -1);
+      if (std::exchange(is_full_, false)) {
+        watch_newcomers(true);
+      }
       for (int i = 0; i < count; ++i) {
         const int fd = ready[static_cast<std::size_t>(i)].data.fd;
         if (fd == end_.get()) {
@@ -134,10 +140,21 @@ class Inlet {
       }
     }
   }
+  void watch_newcomers(bool watched) {
+    epoll_event event{};
+    event.events = watched ? std::uint32_t{EPOLLIN} : 0U;
+    event.data.fd = listener_.get();
+    epoll_ctl(events_.get(), EPOLL_CTL_MOD, listener_.get(), &event);
+  }
   void accept_all() {
     for (;;) {
       Fd sender(accept4(listener_.get(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
       if (!sender.is_open()) {
+        if (errno != EAGAIN && errno != EINTR && errno != ECONNABORTED) {
+          // no more files: the others wait at the door until there are
+          is_full_ = true;
+          watch_newcomers(false);
+        }
         return;
       }
       const int fd = sender.get();
@@ -167,6 +184,7 @@ class Inlet {
   Fd events_;
   Fd end_;
   std::map<int, Fd> senders_;
+  bool is_full_ = false;  // no newcomers for a while
   std::vector<rtps::octet> buffer_ = std::vector<rtps::octet>(kLongestMessage + 64);
   std::thread thread_;
 };
@@ -178,11 +196,14 @@ class Outlets {
     const std::lock_guard lock(mutex_);
     // a second time if the process behind the port was started again
     for (int attempt = 0; attempt < 2; ++attempt) {
-      Outlet& outlet = outlets_[port];
-      if (!outlet.fd.is_open() && !connect_to(port, outlet)) {
-        outlets_.erase(port);
-        return;
+      if (!outlets_.contains(port)) {
+        close_dead();
+        if (!connect_to(port, outlets_[port])) {
+          outlets_.erase(port);
+          return;
+        }
       }
+      Outlet& outlet = outlets_[port];
       if (try_send(outlet, data, size, deadline)) {
         return;
       }
@@ -206,6 +227,13 @@ class Outlets {
     }
     outlet.fd = std::move(fd);
     return true;
+  }
+  // Those whose process is gone.
+  void close_dead() {
+    std::erase_if(outlets_, [](const auto& entry) {
+      pollfd end{entry.second.fd.get(), 0, 0};
+      return poll(&end, 1, 0) > 0 && (end.revents & POLLHUP) != 0;
+    });
   }
 
   // False when the other end is gone. A message for which there is no room is dropped: what must arrive is

@@ -9,9 +9,10 @@
 #include <string>
 #include <vector>
 
-#include "endpoints.h"
 #include "nido/middleware/time.h"
 #include "port_book.h"
+#include "reader.h"
+#include "writer.h"
 
 namespace nido {
 

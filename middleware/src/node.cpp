@@ -1,5 +1,7 @@
 #include "nido/middleware/node.h"
 
+#include <sys/resource.h>
+
 #include <cstdio>
 #include <iostream>
 #include <string_view>
@@ -23,6 +25,15 @@ int exit_code_of(ErrorCode code) {
       return 130;
     default:
       return 1;
+  }
+}
+
+// Each connection takes an open file: as many of these as the system grants, not the few that it begins with.
+void allow_many_files() {
+  rlimit files{};
+  if (getrlimit(RLIMIT_NOFILE, &files) == 0) {
+    files.rlim_cur = files.rlim_max;
+    (void)setrlimit(RLIMIT_NOFILE, &files);
   }
 }
 
@@ -55,6 +66,7 @@ int node_main(int argc, char** argv, const std::string& default_name,
     std::cerr << default_name << ": " << options.error().message << "\n";
     return exit_code_of(options.error().code);
   }
+  allow_many_files();
   const std::string name = options->name;
   auto node = Node::create(std::move(options).value());
   if (!node) {

@@ -7,7 +7,6 @@
 #include <string>
 #include <thread>
 
-#include "endpoints.h"
 #include "input_port.h"
 #include "lockstep.h"
 #include "name_lock.h"
@@ -16,7 +15,9 @@
 #include "output_port.h"
 #include "port_book.h"
 #include "process_watch.h"
+#include "reader.h"
 #include "service.h"
+#include "writer.h"
 
 namespace nido {
 

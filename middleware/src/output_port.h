@@ -7,10 +7,10 @@
 #include <optional>
 #include <string>
 
-#include "endpoints.h"
 #include "name_lock.h"
 #include "nido/middleware/raw_port.h"
 #include "port_book.h"
+#include "writer.h"
 
 namespace nido {
 

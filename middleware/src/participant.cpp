@@ -10,6 +10,7 @@
 #include <fastdds/dds/log/Log.hpp>
 
 #include "guarded_transport.h"
+#include "lane_writer.h"
 #include "local_transport.h"
 #include "nido/middleware/network.h"
 #include "security.h"
@@ -75,6 +76,10 @@ dds::DomainParticipantQos participant_qos(const std::string& node_name, int leas
   discovery.initial_announcements.period = {0, 50'000'000};
   return qos;
 }
+
+// The library may be about to call a listener when its endpoint is deleted, and does not wait for that. It is
+// done long before so many others have been made and deleted.
+constexpr std::size_t kMostClosed = 256;
 
 std::vector<unsigned char> user_data_of(const dds::UserDataQosPolicy& policy) {
   return {policy.data_vec().begin(), policy.data_vec().end()};
@@ -268,9 +273,41 @@ void Participant::watch(const std::shared_ptr<ChangeSignal>& signal) {
   watchers_.push_back(signal);
 }
 
-void Participant::keep(std::shared_ptr<void> listener) {
+void Participant::keep_closed(std::shared_ptr<void> listener) {
+  std::shared_ptr<void> oldest;  // goes without the lock
   const std::lock_guard lock(endpoints_mutex_);
-  kept_.push_back(std::move(listener));
+  closed_.push_back(std::move(listener));
+  if (closed_.size() > kMostClosed) {
+    oldest = std::move(closed_.front());
+    closed_.pop_front();
+  }
+}
+
+std::string Participant::lane_place() const {
+  const bool is_secure = rtps::PropertyPolicyHelper::find_property(participant_->get_qos().properties(),
+                                                                   "dds.sec.auth.plugin") != nullptr;
+  return is_secure ? "" : here();
+}
+
+std::shared_ptr<LaneServer> Participant::lanes() {
+  const std::lock_guard lock(lanes_mutex_);
+  if (!lanes_) {
+    lanes_ = lane_place().empty() ? LaneServer::closed() : LaneServer::open(participant_->guid().guidPrefix);
+  }
+  return lanes_;
+}
+
+bool Participant::is_near(const Guid& guid) const {
+  const std::string place = lane_place();
+  if (place.empty()) {
+    return false;
+  }
+  if (guid.guidPrefix == participant_->guid().guidPrefix) {
+    return true;
+  }
+  const std::lock_guard lock(endpoints_mutex_);
+  const auto found = endpoints_.find(guid);
+  return found != endpoints_.end() && found->second.lane_place == place;
 }
 
 }  // namespace nido

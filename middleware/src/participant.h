@@ -1,5 +1,6 @@
 #pragma once
 
+#include <deque>
 #include <fastdds/dds/domain/DomainParticipant.hpp>
 #include <fastdds/dds/publisher/Publisher.hpp>
 #include <fastdds/dds/subscriber/Subscriber.hpp>
@@ -73,8 +74,9 @@ class Participant {
   // True if a lane can lead to this endpoint: it is nido's, on this machine.
   [[nodiscard]] bool is_near(const Guid& endpoint) const;
 
-  // Listeners that DDS may still be calling: kept until the participant is gone.
-  void keep(std::shared_ptr<void> listener);
+  // The listener of an endpoint that is no more, which DDS may still be calling: kept until many more have
+  // come, or the participant is gone.
+  void keep_closed(std::shared_ptr<void> listener);
 
  private:
   class Listener;
@@ -99,7 +101,7 @@ class Participant {
   mutable std::mutex endpoints_mutex_;
   std::map<Guid, EndpointInfo> endpoints_;
   std::vector<std::weak_ptr<ChangeSignal>> watchers_;
-  std::vector<std::shared_ptr<void>> kept_;
+  std::deque<std::shared_ptr<void>> closed_;
 
   std::mutex lanes_mutex_;
   std::shared_ptr<LaneServer> lanes_;

@@ -41,6 +41,9 @@ Result<std::unique_ptr<TextService>> TextService::open(
   }
   self->replies_ = std::move(replies).value();
   self->loop_ = std::make_shared<LaneLoop>();
+  if (!self->loop_->is_running()) {
+    return no_lanes(name);
+  }
   auto reader =
       Reader::open(self->participant_, request_topic_of(name), message_type_of<msgs::Text_Request>(),
                    service_quality(), name, *self, self->loop_);

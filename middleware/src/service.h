@@ -8,11 +8,12 @@
 #include <mutex>
 #include <string>
 
-#include "endpoints.h"
 #include "lane_loop.h"
 #include "name_lock.h"
 #include "nido/middleware/node.h"
 #include "port_book.h"
+#include "reader.h"
+#include "writer.h"
 
 namespace nido {
 

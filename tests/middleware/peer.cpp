@@ -1,6 +1,9 @@
 // A process for the tests to start, talk to and kill. The first argument says what it does, the others are a
 // node's.
 
+#include <signal.h>
+#include <sys/prctl.h>
+
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -11,6 +14,8 @@
 #include <thread>
 #include <vector>
 
+#include "even_text.h"
+#include "nido/middleware/direct_port.h"
 #include "nido/middleware/node.h"
 #include "nido/middleware/typed_port.h"
 
@@ -275,6 +280,30 @@ Status taker(Node& node) {
   return {};
 }
 
+// Writes and reads without a pause, small and large, until it is killed.
+Status victim(Node& node) {
+  // a test that is killed itself leaves none behind
+  prctl(PR_SET_PDEATHSIG, SIGKILL);
+  const std::string name = node.options().name;
+  auto out = node.open_output<msgs::String>("/" + name + "/out:o", Profile::kEvent);
+  auto in = open_direct_input<msgs::String>(
+      node, "/" + name + "/in:i", Profile::kEvent,
+      [](const msgs::String& message, const Arrival&) { is_even(message.data()) ? void() : std::abort(); });
+  if (!out || !in) {
+    return Error{ErrorCode::kFailed, "cannot open the ports"};
+  }
+  if (auto status = (*in)->connect("/watcher/out:o"); !status) {
+    return status;
+  }
+  node.set_ready();
+  say("READY");
+  std::minstd_rand chance(static_cast<unsigned>(node.options().seed));
+  for (char letter = 'a';; letter = letter == 'z' ? 'a' : static_cast<char>(letter + 1)) {
+    const std::size_t size = chance() % 4 == 0 ? 40000 + chance() % 100000 : 1 + chance() % 200;
+    (void)(*out)->write(words(std::string(size, letter)));
+  }
+}
+
 // Does not look at signals.
 Status stubborn(Node& node) {
   node.set_ready();
@@ -299,6 +328,7 @@ int main(int argc, char** argv) {
                     : what == "giver"    ? nido::giver
                     : what == "taker"    ? nido::taker
                     : what == "stubborn" ? nido::stubborn
+                    : what == "victim"   ? nido::victim
                                          : nullptr;
   if (body == nullptr) {
     std::cerr << "peer: '" << what << "' is unknown\n";

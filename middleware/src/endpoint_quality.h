@@ -1,0 +1,42 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <fastdds/dds/publisher/qos/DataWriterQos.hpp>
+#include <fastdds/dds/subscriber/qos/DataReaderQos.hpp>
+#include <string>
+
+#include "nido/middleware/port.h"
+#include "participant.h"
+
+namespace nido {
+
+using SampleId = eprosima::fastrtps::rtps::SampleIdentity;
+
+// The DDS qualities of an endpoint that this project uses.
+struct Quality {
+  bool reliable = true;
+  bool transient_local = false;
+  bool keep_all = false;
+  int depth = 1;
+  std::string profile;  // told to others; empty for internal endpoints
+
+  // `lockstep`: a barrier can wait only for what is sure to arrive, so everything is reliable then.
+  static Quality of(Profile profile, std::size_t depth, bool is_writer, bool lockstep);
+};
+
+// The same in the words of DDS.
+void apply(const Quality& quality, dds::DataWriterQos& qos);
+void apply(const Quality& quality, dds::DataReaderQos& qos);
+
+// How a participant describes an endpoint of its own.
+EndpointInfo own_info(const Participant& participant, const std::string& topic, const MessageType& type,
+                      const Quality& quality, const std::string& port_name, bool is_writer);
+// Why an endpoint was not made.
+Error cannot_open(const Participant& participant, const std::string& port_name, const std::string& topic,
+                  const MessageType& type);
+Error no_lanes(const std::string& port_name);
+
+eprosima::fastrtps::rtps::SequenceNumber_t sequence_number_of(std::uint64_t number);
+
+}  // namespace nido
