@@ -6,7 +6,6 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
-#include <chrono>
 #include <future>
 #include <memory>
 #include <stdexcept>
@@ -15,12 +14,11 @@
 
 #include "nido/gateway/gateway.h"
 #include "nido/yarp/devices.h"
-#include "rigs.h"
+#include "node_link.h"
 
 namespace nido::test {
 
 inline constexpr int kDomain = 34;
-inline constexpr double kPatience_s = 20;
 
 class GatewayLink {
  public:
@@ -70,32 +68,26 @@ class GatewayLink {
   }
   // Waits until the gateway shows a port.
   void wait_for(const std::string& port) {
-    wait_until([&] {
-      std::promise<bool> there;
-      loop_->post([&] { there.set_value(gateway_->ports().has_port(port)); });
-      return there.get_future().get();
-    });
+    wait_until([&] { return number_of(port) != 0; });
   }
-  template <class Condition>
-  static void wait_until(const Condition& condition) {
-    const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(kPatience_s);
-    while (!condition()) {
-      if (std::chrono::steady_clock::now() > end) throw std::runtime_error("nothing arrived");
-      std::this_thread::yield();
-    }
+  yarp::PortHost::Figures figures() {
+    return on_loop([this] { return gateway_->ports().figures(); });
+  }
+  // TCP port on which a port listens.
+  int number_of(const std::string& port) {
+    return on_loop([&] { return gateway_->ports().number_of(port); });
   }
 
  private:
-  static std::unique_ptr<Node> make(const std::string& name) {
-    NodeOptions options;
-    options.name = name;
-    options.domain = kDomain;
-    options.handle_signals = false;
-    return required(Node::create(options));
+  template <class Work>
+  auto on_loop(const Work& work) -> decltype(work()) {
+    std::promise<decltype(work())> done;
+    loop_->post([&] { done.set_value(work()); });
+    return done.get_future().get();
   }
   const std::string id_ = std::to_string(getpid());
-  std::unique_ptr<Node> server_ = make("server" + id_);
-  std::unique_ptr<Node> gateway_node_ = make("gateway" + id_);
+  std::unique_ptr<Node> server_ = make_test_node("server" + id_, kDomain);
+  std::unique_ptr<Node> gateway_node_ = make_test_node("gateway" + id_, kDomain);
   std::unique_ptr<yarp::EventLoop> loop_;
   std::unique_ptr<gateway::Gateway> gateway_;
   int names_port_ = 0;

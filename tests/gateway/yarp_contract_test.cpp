@@ -52,7 +52,7 @@ class YarpBoardRig final : public ControlBoardRig {
   void advance() override {
     step();
     const std::int64_t now_ns = local_.clock().now_ns();
-    GatewayLink::wait_until([&] {
+    wait_until([&] {
       const Result<JointReading> reading = client_->read_joints();
       return reading.ok() && reading->stamp_ns == now_ns;
     });
@@ -118,7 +118,7 @@ class YarpTouchRig final : public TouchRig {
   ITouch& touch() override { return *client_; }
   void advance() override {
     step();
-    GatewayLink::wait_until([&] {
+    wait_until([&] {
       const Result<TouchReading> reading = client_->read_touch();
       return reading.ok() && reading->stamp_ns == clock_.now_ns();
     });

@@ -9,10 +9,10 @@
 #include "audio/room_speaker.h"
 #include "control_board_contract.h"
 #include "fake/fake_sensors.h"
-#include "nido/middleware/node.h"
 #include "nido/simulator/devices/simulated_camera.h"
 #include "nido/wrappers/clients.h"
 #include "nido/wrappers/servers.h"
+#include "node_link.h"
 #include "sensor_contracts.h"
 #include "simulated_rig.h"
 #include "speaker_contract.h"
@@ -21,7 +21,6 @@ namespace nido::test {
 namespace {
 
 constexpr int kDomain = 42;
-constexpr double kPatience_s = 20;
 
 // Two nodes with names of their own, so that tests may run beside each other.
 class Link {
@@ -33,27 +32,10 @@ class Link {
     return {remote(what), "/c" + id_ + "/" + what, kPatience_s};
   }
 
-  // Waits, without passing the robot's time, until something that travels has arrived.
-  template <class Condition>
-  static void wait_until(const Condition& condition) {
-    const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(kPatience_s);
-    while (!condition()) {
-      if (std::chrono::steady_clock::now() > end) throw std::runtime_error("nothing arrived");
-      std::this_thread::yield();
-    }
-  }
-
  private:
-  static std::unique_ptr<Node> make(const std::string& name) {
-    NodeOptions options;
-    options.name = name;
-    options.domain = kDomain;
-    options.handle_signals = false;
-    return required(Node::create(options));
-  }
   const std::string id_ = std::to_string(getpid());
-  std::unique_ptr<Node> server_ = make("server" + id_);
-  std::unique_ptr<Node> client_ = make("client" + id_);
+  std::unique_ptr<Node> server_ = make_test_node("server" + id_, kDomain);
+  std::unique_ptr<Node> client_ = make_test_node("client" + id_, kDomain);
 };
 
 // The rig of a family, but its board is the client's.
@@ -78,7 +60,7 @@ class RemoteRig final : public ControlBoardRig {
     if (const Status published = server_->publish(now_ns); !published) {
       throw std::runtime_error(published.error().message);
     }
-    Link::wait_until([&] {
+    wait_until([&] {
       const Result<JointReading> reading = client_->read_joints();
       return reading.ok() && reading->stamp_ns == now_ns;
     });
@@ -118,7 +100,7 @@ class RemoteCameraRig : public CameraRig {
                               {.period_ns = kPeriod_ns * 3, .latency_ns = kPeriod_ns, .frame_id = "eye"}));
     client_ = required(camera_client(link_.client(), link_.options("cam")));
     // pictures may be lost, by design: time goes on until the first has come
-    Link::wait_until([&] {
+    wait_until([&] {
       advance();
       Image image;
       return client_->grab(image).ok() && client_->info().ok();
@@ -194,7 +176,7 @@ class RemoteSpeakerRig final : public SpeakerRig {
   }
   IAudioRender& speaker() override { return *near_; }
   void advance() override {
-    Link::wait_until([this] {
+    wait_until([this] {
       if (!server_->publish(clock_.now_ns())) throw std::runtime_error("the server failed");
       return far_.taken() == near_->taken();
     });
@@ -227,7 +209,7 @@ class RemoteTouchRig final : public TouchRig {
     if (const Status published = server_->publish(clock_.now_ns()); !published) {
       throw std::runtime_error(published.error().message);
     }
-    Link::wait_until([&] {
+    wait_until([&] {
       const Result<TouchReading> reading = client_->read_touch();
       return reading.ok() && reading->stamp_ns == clock_.now_ns();
     });

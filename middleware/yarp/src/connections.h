@@ -8,6 +8,7 @@
 #include <optional>
 #include <string>
 
+#include "held.h"
 #include "nido/yarp/event_loop.h"
 #include "nido/yarp/port_host.h"
 #include "nido/yarp/stream.h"
@@ -52,6 +53,9 @@ class ConnectionOwner {
   virtual void on_event(std::uint64_t connection, Event event) = 0;
   virtual void on_end(std::uint64_t connection, const std::string& reason) = 0;
   virtual void on_lost(std::size_t messages) = 0;
+  // A connection keeps more than before.
+  virtual void on_held() = 0;
+  [[nodiscard]] virtual HeldTotal held_total() const = 0;
 };
 
 // A connection that somebody made to a port of ours.
@@ -81,6 +85,9 @@ class InConnection {
 
   [[nodiscard]] bool is_late(SteadyTime now) const { return !opened_ && now > deadline_; }
   [[nodiscard]] bool is_opened() const { return opened_; }
+  [[nodiscard]] std::size_t held_bytes() const { return held_.bytes(); }
+  // It has ended: what it kept counts no more.
+  void let_go() { held_.set(0); }
 
   const std::uint64_t id;
   const std::string peer;
@@ -108,6 +115,7 @@ class InConnection {
   std::string out_;
   std::size_t out_at_ = 0;
   SendQueue queue_;
+  Held held_;
   bool opened_ = false;
   bool busy_ = false;  // an event is being worked on
   bool handling_ = false;
@@ -128,6 +136,9 @@ class OutConnection {
   void give(const std::shared_ptr<const Content>& content, const std::string& envelope);
   [[nodiscard]] bool is_late(SteadyTime now) const { return state_ != State::kReady && now > deadline_; }
   [[nodiscard]] bool is_ready() const { return state_ == State::kReady; }
+  [[nodiscard]] std::size_t held_bytes() const { return held_.bytes(); }
+  // It has ended: what it kept counts no more.
+  void let_go() { held_.set(0); }
   void end(const std::string& reason);
 
   const std::uint64_t id;
@@ -153,6 +164,7 @@ class OutConnection {
   SteadyTime deadline_;
   std::function<void(Status)> done_;
   SendQueue queue_;
+  Held held_;
   std::string out_;
   std::size_t out_at_ = 0;
   bool awaits_ack_ = false;

@@ -25,7 +25,8 @@ InConnection::InConnection(std::uint64_t its_id, EventLoop& loop, ConnectionOwne
       owner_(owner),
       fd_(std::move(fd)),
       deadline_(deadline),
-      queue_(queue) {}
+      queue_(queue),
+      held_(owner.held_total()) {}
 
 InConnection::~InConnection() {
   if (fd_.is_open()) loop_.unwatch(fd_.get());
@@ -181,7 +182,9 @@ void InConnection::flush() {
     }
     out_at_ += static_cast<std::size_t>(count);
   }
+  // a picture's room is kept for the next one only where pictures are given
   out_.clear();
+  if (out_.capacity() > kMostUnsent && !is_reversed) out_.shrink_to_fit();
   out_at_ = 0;
   if (finishing_) return end("finished");
   if (is_reversed) pump();
@@ -191,6 +194,10 @@ void InConnection::flush() {
 }
 
 void InConnection::watch_again() {
+  if (const std::size_t before = held_.bytes(), now = stream.held_bytes() + out_.capacity(); now != before) {
+    held_.set(now);
+    if (now > before) owner_.on_held();
+  }
   if (!fd_.is_open() || far_end_closed_) return;
   const bool unread = out_.size() - out_at_ >= kMostUnsent;
   loop_.change(fd_.get(), is_reversed || finishing_ || (stream.hungry() && !unread), out_at_ < out_.size());

@@ -25,7 +25,8 @@ OutConnection::OutConnection(std::uint64_t its_id, EventLoop& loop, ConnectionOw
       answers_(its_carrier),
       dialect_(dialect),
       deadline_(deadline),
-      queue_(queue) {}
+      queue_(queue),
+      held_(owner.held_total()) {}
 
 OutConnection::~OutConnection() {
   if (fd_.is_open()) loop_.unwatch(fd_.get());
@@ -146,6 +147,8 @@ void OutConnection::pump() {
     }
     out_ = std::move(framed);
     out_at_ = 0;
+    held_.set(out_.capacity());
+    owner_.on_held();
     awaits_ack_ = has_ack(carrier);
     flush();
   }

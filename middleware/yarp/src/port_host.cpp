@@ -144,7 +144,9 @@ class Host final : public PortHost, public ConnectionOwner, public AdminActions 
     });
   }
 
-  Figures figures() const override { return {ports_.size(), ins_.size() + outs_.size(), refused_, lost_}; }
+  Figures figures() const override {
+    return {ports_.size(), ins_.size() + outs_.size(), refused_, lost_, *held_ + *working_};
+  }
 
   // -- ConnectionOwner
 
@@ -179,6 +181,17 @@ class Host final : public PortHost, public ConnectionOwner, public AdminActions 
   }
 
   void on_lost(std::size_t messages) override { lost_ += messages; }
+
+  // not now: the connection that grew is still at work
+  void on_held() override {
+    if (*held_ <= options_.memory || relieving_) return;
+    relieving_ = true;
+    std::weak_ptr<Host*> alive = alive_;
+    loop_.post([alive] {
+      if (const auto self = alive.lock(); self && *self != nullptr) (*self)->relieve();
+    });
+  }
+  HeldTotal held_total() const override { return held_; }
 
   // -- AdminActions
 
@@ -335,6 +348,31 @@ class Host final : public PortHost, public ConnectionOwner, public AdminActions 
     return false;
   }
 
+  // ends the connections that keep most until the others have room
+  void relieve() {
+    relieving_ = false;
+    const auto less = [](const auto& a, const auto& b) {
+      return a.second->held_bytes() < b.second->held_bytes();
+    };
+    while (*held_ > options_.memory) {
+      const auto in = std::max_element(ins_.begin(), ins_.end(), less);
+      const auto out = std::max_element(outs_.begin(), outs_.end(), less);
+      const std::size_t in_bytes = in == ins_.end() ? 0 : in->second->held_bytes();
+      const std::size_t out_bytes = out == outs_.end() ? 0 : out->second->held_bytes();
+      if (in_bytes == 0 && out_bytes == 0) return;
+      const auto reason = [&](std::size_t bytes) {
+        return fmt::format("all connections together keep more than {} bytes, it keeps most ({})",
+                           options_.memory, bytes);
+      };
+      if (in_bytes >= out_bytes) {
+        note_refusal(in->second->port, in->second->peer, reason(in_bytes));
+        end_in(in->first);
+      } else {
+        out->second->end(reason(out_bytes));
+      }
+    }
+  }
+
   void end_in(std::uint64_t id) {
     const auto in = ins_.find(id);
     if (in == ins_.end()) return;
@@ -384,6 +422,7 @@ class Host final : public PortHost, public ConnectionOwner, public AdminActions 
 
   template <class Connection>
   void bury(std::unique_ptr<Connection> connection) {
+    connection->let_go();
     // it is still at work: it goes when nobody is
     std::shared_ptr<Connection> shared = std::move(connection);
     loop_.post([shared] {});
@@ -478,7 +517,14 @@ class Host final : public PortHost, public ConnectionOwner, public AdminActions 
       }
       return in.answer(in.stream.answer(reply, in.dialect));
     }
+    // of what is long, and leaves no room for what is short
+    constexpr std::size_t kShort = 4096;
+    if (data.bytes.size() > kShort && *working_ > options_.memory) {
+      note_refusal(port.spec.name, in.peer, "too many bytes wait to be worked on");
+      return in.finish({});
+    }
     Incoming incoming;
+    incoming.held = std::make_shared<const Held>(working_, data.bytes.capacity());
     incoming.bytes = std::move(data.bytes);
     incoming.is_text = text;
     incoming.envelope = std::move(data.envelope);
@@ -651,6 +697,9 @@ class Host final : public PortHost, public ConnectionOwner, public AdminActions 
   int next_number_ = 0;
   std::uint64_t refused_ = 0;
   std::uint64_t lost_ = 0;
+  const HeldTotal held_ = std::make_shared<std::atomic<std::size_t>>(0);     // by connections
+  const HeldTotal working_ = std::make_shared<std::atomic<std::size_t>>(0);  // by messages that are worked on
+  bool relieving_ = false;
   SteadyTime told_;
   std::uint64_t untold_ = 0;
 };

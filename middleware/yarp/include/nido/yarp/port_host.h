@@ -45,6 +45,8 @@ struct Incoming {
   [[nodiscard]] Result<Decoded> content() const;
   // To be called once, from any thread: the sender is not listened to before. Nothing: no reply.
   std::function<void(std::optional<Bottle>)> answer;
+  // Its part of the host's memory, given back with the last copy of this message.
+  std::shared_ptr<const void> held{};
 };
 
 // One port of this process, as YARP sees it.
@@ -80,8 +82,11 @@ struct PortHostOptions {
   int first_port = 0;              // of the ports: counted up from here; 0: the system chooses
   Dialect dialect = Dialect::k3;   // spoken where nobody has spoken yet
   std::size_t connections = 1000;  // at most, in and out, of all ports
-  double handshake_s = 10;         // time to say what one wants
-  double connect_s = 3;            // time for a connection to another port
+  // Bytes of messages that have come in part or wait to be sent, of all connections together: beyond it the
+  // connection that keeps most is ended. As many again may wait to be worked on.
+  std::size_t memory = 64 << 20;
+  double handshake_s = 10;  // time to say what one wants
+  double connect_s = 3;     // time for a connection to another port
   std::function<void(const std::string&)> log = [](const std::string&) {};
 };
 
@@ -112,6 +117,7 @@ class PortHost {
     std::size_t connections = 0;
     std::uint64_t refused = 0;  // connections that broke a rule
     std::uint64_t lost = 0;     // messages that a slow connection did not get
+    std::size_t held = 0;       // bytes that messages take now
   };
   [[nodiscard]] virtual Figures figures() const = 0;
 };

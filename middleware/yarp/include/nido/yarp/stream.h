@@ -78,6 +78,8 @@ class ReceivingStream {
   void feed(std::string_view bytes) { buffer_.append(bytes); }
   // Whether more bytes are wanted before next() has been called again.
   [[nodiscard]] bool hungry() const { return buffer_.size() - at_ < limits_.message + 64 * 1024; }
+  // Memory that this connection takes.
+  [[nodiscard]] std::size_t held_bytes() const { return buffer_.capacity() + pending_text_.capacity(); }
   // The next event; nothing when more bytes are needed. After Refused and Quit there is nothing more.
   std::optional<Event> next();
 
