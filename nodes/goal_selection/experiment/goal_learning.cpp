@@ -57,7 +57,7 @@ Report make_report(const Request& request, const std::vector<std::optional<Trial
   std::vector<double> accuracy;
   std::vector<double> idle;
   std::vector<double> held_out;
-  Plot curve{"learning-curve", "Error during training", "iteration (one pattern each)", "RMSE"};
+  Plot curve{"learning-curve", "Fig. 18: error during training", "iteration (one pattern each)", "RMSE"};
   for (std::size_t i = 0; i < trials.size(); ++i) {
     if (!trials[i]) continue;
     const GoalTrainingReport& all = trials[i]->all;

@@ -142,7 +142,8 @@ Result<Run> learn(const Request& request, std::uint64_t seed, int domain) {
 
 // Fig. 13: reward by attempt, of the first seed and in the mean of all.
 Plot reward_plot(const std::vector<Run>& runs) {
-  Plot plot{"reward", "Reward of each attempt", "attempt", "share of the test that the object was held"};
+  Plot plot{"reward", "Fig. 13: reward of each attempt", "attempt",
+            "share of the test that the object was held"};
   Series first{fmt::format("seed {}", runs.front().seed)};
   Series all{fmt::format("mean of {} seeds", runs.size())};
   all.dashed = true;
@@ -213,7 +214,7 @@ Report make_report(const Request& request, std::vector<Run> runs) {
   report.add("boxes_grabbed", {static_cast<double>(grabbed), "", used});
   report.add("boxes_lost", {static_cast<double>(used - grabbed), "", used});
   report.add("boxes_not_tried", {static_cast<double>(not_tried), "", used + not_tried});
-  Plot boxes{"boxes", "Boxes used, grabbed and lost, all seeds", "", "boxes"};
+  Plot boxes{"boxes", "Fig. 14: boxes used, grabbed and lost, all seeds", "", "boxes"};
   boxes.bar_names = {"used", "grabbed", "lost"};
   boxes.series.resize(1);
   boxes.series[0].points = {{0, static_cast<double>(used)},

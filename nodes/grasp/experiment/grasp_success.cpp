@@ -160,7 +160,7 @@ Report make_report(const Request& request, std::vector<nlohmann::json> rows) {
     report.trials_detail.push_back(line);
   }
   report.add("success_rate", proportion_metric(all.good, all.all));
-  Plot plot{"success", "Held for 3 s after lifting", "", "share"};
+  Plot plot{"success", "Fig. 15: held for 3 s after lifting", "", "share"};
   plot.y_range = {0.0, 1.1};
   plot.series.resize(1);
   const auto add = [&](const std::string& name, const Count& count) {

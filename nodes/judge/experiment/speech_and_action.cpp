@@ -197,7 +197,7 @@ Report make_report(const Request& request, const std::vector<Trial>& trials) {
   for (const auto& [phrase, counts] : by_phrase) {
     report.add("success_rate." + key_of(phrase), proportion_metric(counts.first, counts.second));
   }
-  Plot plot{"stages", "Trials that got so far", "", "share"};
+  Plot plot{"stages", "Fig. 19: trials that got so far", "", "share"};
   plot.y_range = {0.0, 1.1};
   plot.series.resize(1);
   for (const auto& [stage, rank] : stages()) {

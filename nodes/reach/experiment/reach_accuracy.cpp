@@ -100,9 +100,10 @@ Report make_report(const Request& request, const std::vector<std::optional<nlohm
     std::array<Plot, 3> plots;
     const char* const axes[] = {"x", "y", "z"};
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      plots[axis] = {fmt::format("{}-{}", controller.name, axes[axis]),
-                     fmt::format("{}: wanted and reached {} (root frame)", controller.title, axes[axis]),
-                     "ball", fmt::format("{} (m)", axes[axis])};
+      plots[axis] = {
+          fmt::format("{}-{}", controller.name, axes[axis]),
+          fmt::format("Fig. 10: {}, wanted and reached {} (root frame)", controller.title, axes[axis]),
+          "ball", fmt::format("{} (m)", axes[axis])};
       plots[axis].series = {{"ball", {}, false}, {"hand", {}, false}};
     }
     int not_seen = 0;

@@ -160,9 +160,9 @@ Result<Samples> gather(const Request& request) {
 }
 
 std::vector<Plot> cloud_plots(const std::vector<BabblingSample>& samples) {
-  Plot top{"babbling-cloud-top", "Where the hand was seen while babbling, from above", "to the right (m)",
-           "forward (m)"};
-  Plot front{"babbling-cloud-front", "The same from behind the robot", "to the right (m)", "up (m)"};
+  Plot top{"babbling-cloud-top", "Fig. 6: where the hand was seen while babbling, from above",
+           "to the right (m)", "forward (m)"};
+  Plot front{"babbling-cloud-front", "Fig. 6: the same from behind the robot", "to the right (m)", "up (m)"};
   Series all_top{"all", {}, false};
   Series all_front{"all", {}, false};
   Series first_top{fmt::format("first {}", kShown), {}, false};
@@ -179,7 +179,7 @@ std::vector<Plot> cloud_plots(const std::vector<BabblingSample>& samples) {
 }
 
 std::vector<Plot> network_plots(const PostureNetwork::TrainingReport& training) {
-  Plot curve{"learning-curve", "Error of the paper's network during training",
+  Plot curve{"learning-curve", "Fig. 7: error of the paper's network during training",
              "iteration (a pass over the learned samples)", "RMSE"};
   Series train{"learned samples"};
   Series test{"test samples"};
@@ -193,7 +193,7 @@ std::vector<Plot> network_plots(const PostureNetwork::TrainingReport& training) 
   curve.series = {train, test, paper};
   std::vector<Plot> plots = {curve};
   for (int joint = 0; joint < PostureNetwork::kOutputs; ++joint) {
-    Plot trace{fmt::format("joint-{}", joint), fmt::format("Test samples: {}", kJointNames[joint]),
+    Plot trace{fmt::format("joint-{}", joint), fmt::format("Fig. 8: test samples, {}", kJointNames[joint]),
                "test sample", "angle, 0..1 of its range"};
     trace.y_range = {0.0, 1.0};
     Series wanted{"babbled"};

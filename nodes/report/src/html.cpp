@@ -104,6 +104,20 @@ std::string story_html(const std::vector<StoryLine>& story) {
   return html + "</ol></div>\n";
 }
 
+std::string part_html(const ReportPart& part) {
+  std::string html = fmt::format("<h2>{}</h2>\n", escape_html(part.title));
+  if (!part.summary.empty()) html += fmt::format("<p>{}</p>\n", escape_html(part.summary));
+  html += fmt::format("<p class=\"dim\"><a href=\"{}\">whole report</a>, made by <code>{}</code></p>\n",
+                      escape_html(part.page), escape_html(part.command));
+  if (!part.metrics.empty()) html += metrics_html(part.metrics);
+  if (!part.pictures.empty()) {
+    html += "<div class=\"pictures\">\n";
+    for (const Picture& picture : part.pictures) html += picture_html(picture) + "\n";
+    html += "</div>\n";
+  }
+  return html;
+}
+
 }  // namespace
 
 std::string escape_html(const std::string& text) {
@@ -166,6 +180,7 @@ std::string Report::to_html() const {
     for (const Picture& picture : pictures) html += picture_html(picture) + "\n";
     html += "</div>\n";
   }
+  for (const ReportPart& part : parts) html += part_html(part);
   if (!trials_detail.empty()) html += "<h2>Trials</h2>\n" + trials_html(trials_detail);
   if (!processes.empty()) {
     html += "<h2>Processes</h2>\n<div class=\"scroll\"><table><tr><th>process</th><th>restarts</th></tr>\n";

@@ -118,6 +118,13 @@ std::string Report::to_json() const {
     }
     json["trials_detail"].push_back(entry);
   }
+  json["title"] = title.empty() ? name : title;
+  json["summary"] = summary;
+  json["pictures"] = Json::array();
+  for (const Plot& plot : plots)
+    json["pictures"].push_back({{"file", plot.name + ".png"}, {"caption", plot.title}});
+  for (const Picture& picture : pictures)
+    json["pictures"].push_back({{"file", picture.file}, {"caption", picture.caption}});
   json["processes"] = Json::array();
   for (const ProcessRecord& process : processes) {
     json["processes"].push_back({{"name", process.name}, {"restarts", process.restarts}});

@@ -225,10 +225,13 @@ Report make_report(const Request& request, const Cells& cells) {
   Cell all;
   std::map<std::size_t, Cell> by_voice;
   std::map<std::size_t, Cell> by_noise;
+  std::map<std::string, Cell> by_level;
   for (const auto& [key, cell] : cells) {
     add(all, cell);
     add(by_voice[key.first], cell);
     add(by_noise[key.second], cell);
+    const Noise& noise = noises()[key.second];
+    add(by_level[noise.none ? "clean" : fmt::format("{:.0f}dB", noise.snr_db)], cell);
     report.trials_detail.push_back({{"voice", request.voices[key.first]},
                                     {"noise", noises()[key.second].name},
                                     {"said", static_cast<double>(cell.said)},
@@ -239,6 +242,10 @@ Report make_report(const Request& request, const Cells& cells) {
                                     {"false accepts", static_cast<double>(all_others(cell).second)}});
   }
   report.add("sentence_error_rate", proportion_metric(all.said - all.right, all.said));
+  for (const auto& [level, cell] : by_level) {
+    if (level != "clean")
+      report.add("sentence_error_rate." + level, proportion_metric(cell.said - cell.right, cell.said));
+  }
   report.add("wrong_phrase_rate", proportion_metric(all.wrong, all.said));
   report.add("false_accept_rate", proportion_metric(all_others(all).second, all_others(all).first));
   for (const auto& [kind, counts] : all.others) {

@@ -63,6 +63,16 @@ struct ProcessRecord {
   int restarts = 0;
 };
 
+// One experiment in a report of several.
+struct ReportPart {
+  std::string title;
+  std::string summary;
+  std::string command;
+  std::string page;  // its own report, relative to this one
+  std::vector<std::pair<std::string, Metric>> metrics = {};
+  std::vector<Picture> pictures = {};  // relative to this report
+};
+
 // What a run leaves behind: report.json (schema 1, docs/report.md), report.html and pictures of the plots.
 // A plain value.
 struct Report {
@@ -85,6 +95,7 @@ struct Report {
   std::vector<StoryLine> story;
   std::vector<Plot> plots;
   std::vector<Picture> pictures = {};
+  std::vector<ReportPart> parts = {};  // page only
 
   void add(const std::string& metric_name, const Metric& metric) {
     metrics.emplace_back(metric_name, metric);
