@@ -43,16 +43,18 @@ install(CODE "
   endforeach()")
 
 # what nodes are written with
-install(DIRECTORY interfaces/include/ middleware/include/ msgs/include/ middleware/recorder/include/
+install(DIRECTORY interfaces/include/ middleware/include/ msgs/include/ middleware/recorder/include/ middleware/value/include/
         DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
 install(DIRECTORY ${PROJECT_BINARY_DIR}/msgs/include/ DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
         FILES_MATCHING PATTERN "*.h")
 install(DIRECTORY msgs/idl DESTINATION ${CMAKE_INSTALL_DATADIR}/nido)
-install(TARGETS nido_middleware nido_msgs nido_recorder ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
+install(FILES msgs/message_support.py msgs/reflect.py DESTINATION ${CMAKE_INSTALL_DATADIR}/nido/messages)
+install(TARGETS nido_middleware nido_msgs nido_recorder nido_value nido_value_message ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
 include(CMakePackageConfigHelpers)
 configure_package_config_file(cmake/nidoConfig.cmake.in ${PROJECT_BINARY_DIR}/nidoConfig.cmake
   INSTALL_DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/nido
-  PATH_VARS CMAKE_INSTALL_INCLUDEDIR CMAKE_INSTALL_LIBDIR)
+  PATH_VARS CMAKE_INSTALL_INCLUDEDIR CMAKE_INSTALL_LIBDIR CMAKE_INSTALL_DATADIR)
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/nidoConfigVersion.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/nidoConfig.cmake ${PROJECT_BINARY_DIR}/nidoConfigVersion.cmake
+              cmake/NidoMessages.cmake
         DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/nido)

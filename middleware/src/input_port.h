@@ -45,6 +45,7 @@ class InputPort final : public RawInput, public InputRecord {
   [[nodiscard]] std::string delays() const;
 
   [[nodiscard]] PortDescription describe() const override;
+  [[nodiscard]] std::string idl() const override { return type_.idl; }
   void drain_name_lock() override { lock_->drain(); }
   std::vector<std::string> new_complaints() override;
   [[nodiscard]] std::vector<Wire> wires() const override;

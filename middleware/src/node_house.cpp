@@ -43,8 +43,8 @@ void NodeImpl::announce() {
     const std::lock_guard lock(mutex_);
     info.state(state_);
     info.detail(detail_);
-    for (const auto& [key, value] : parameters_) {
-      info.parameters().push_back(key + " = " + value);
+    for (const auto& [key, parameter] : parameters_) {
+      info.parameters().push_back(key + " = " + parameter.description.value);
     }
   }
   if (!restarts_.empty()) {

@@ -257,17 +257,51 @@ Result<std::string> NodeImpl::call(const std::string& port_name, const std::stri
                       [&] { return !is_parting && is_stopped(); });
 }
 
-void NodeImpl::on_set_parameter(std::function<Status(const std::string&, const std::string&)> handler) {
-  const std::lock_guard lock(mutex_);
-  set_handler_ = std::move(handler);
-}
-
-void NodeImpl::note_parameter(const std::string& key, const std::string& value) {
+void NodeImpl::note_parameter(ParameterDescription description,
+                              std::function<Status(const YAML::Node&)> set) {
   {
     const std::lock_guard lock(mutex_);
-    parameters_[key] = value;
+    const std::string key = description.key;
+    parameters_[key] = {std::move(description), std::move(set)};
   }
   book_->changes()->notify();
+}
+
+std::vector<ParameterDescription> NodeImpl::parameters() {
+  const std::lock_guard lock(mutex_);
+  std::vector<ParameterDescription> list;
+  for (const auto& [key, parameter] : parameters_) list.push_back(parameter.description);
+  return list;
+}
+
+Status NodeImpl::set_parameter(const std::string& key, const std::string& text) {
+  YAML::Node value;
+  try {
+    value = YAML::Load(text);
+  } catch (const YAML::Exception& e) {
+    return Error{ErrorCode::kInvalidArgument, "'" + text + "' is no value: " + e.msg};
+  }
+  {
+    const std::lock_guard lock(mutex_);
+    const auto found = parameters_.find(key);
+    if (found == parameters_.end() || !found->second.set) {
+      std::string live;
+      for (const auto& [name, parameter] : parameters_) {
+        if (parameter.set) live += (live.empty() ? "" : ", ") + name;
+      }
+      return Error{ErrorCode::kInvalidArgument,
+                   "node " + options_.name +
+                       (found == parameters_.end() ? " has no parameter " + key
+                                                   : " reads its parameter " + key + " only when it starts") +
+                       (live.empty() ? "; it has none that can be set while it runs"
+                                     : "; those that can be set while it runs: " + live)};
+    }
+    if (Status set = found->second.set(value); !set) return set;
+    found->second.description.value = parameter_text(value);
+  }
+  book_->changes()->notify();
+  log_info("parameter " + key + " set to " + text);
+  return {};
 }
 
 void NodeImpl::set_state(const std::string& state, const std::string& detail) {
@@ -494,19 +528,18 @@ std::string NodeImpl::control(const std::string& command) {
     return answer(status);
   }
   if (verb == "set" && !first.empty()) {
-    std::function<Status(const std::string&, const std::string&)> handler;
-    {
-      const std::lock_guard lock(mutex_);
-      handler = set_handler_;
-    }
-    if (!handler) {
-      return "[fail] node " + options_.name + " has no parameters that can be set while it runs";
-    }
-    const Status status = handler(first, second);
-    if (status) {
-      note_parameter(first, second);
-    }
-    return answer(status);
+    return answer(set_parameter(first, second));
+  }
+  if (verb == "parameters") {
+    return "[ok]\n" + to_text(parameters());
+  }
+  if (verb == "idl") {
+    std::string text = "[fail] node " + options_.name + " has no port '" + first + "'";
+    book_->each_port([&](PortRecord& port) {
+      const PortDescription description = port.describe();
+      if (description.name == first) text = "[ok]\n" + port.idl();
+    });
+    return text;
   }
   if (verb == "info") {
     std::string text = "[ok] " + options_.name + " ";
@@ -535,8 +568,9 @@ std::string NodeImpl::control(const std::string& command) {
     return "[ok]";
   }
   return "[fail] '" + command +
-         "' is not understood; there are: connect OUT IN, disconnect OUT IN, set KEY VALUE, info, delays "
-         "INPUT, stop";
+         "' is not understood; there are: connect OUT IN, disconnect OUT IN, set KEY VALUE, parameters, "
+         "info, "
+         "delays INPUT, idl PORT, stop";
 }
 
 }  // namespace nido

@@ -37,12 +37,12 @@ class NodeImpl final : public Node {
   Result<std::unique_ptr<Service>> open_service(
       const std::string& port_name, std::function<std::string(const std::string&)> handler) override;
   Result<std::string> call(const std::string& port_name, const std::string& text, double timeout_s) override;
-  void on_set_parameter(std::function<Status(const std::string&, const std::string&)> handler) override;
 
   void set_ready() override { set_state("ready", ""); }
   void set_failed(const std::string& sentence) override;
   Status run(const std::function<Status(Time)>& on_tick) override;
   void stop() override;
+  [[nodiscard]] bool is_stop_asked() const override { return is_stopped(); }
   Status publish_clock(Time now) override;
 
   void log_debug(const std::string& text) override { log(NodeLog::Level::kDebug, text); }
@@ -54,7 +54,8 @@ class NodeImpl final : public Node {
   [[nodiscard]] const std::shared_ptr<Participant>& participant() const { return participant_; }
 
  protected:
-  void note_parameter(const std::string& key, const std::string& value) override;
+  void note_parameter(ParameterDescription description,
+                      std::function<Status(const YAML::Node& value)> set) override;
 
  private:
   class ClockReader;
@@ -74,6 +75,8 @@ class NodeImpl final : public Node {
   void keep_house();
   void announce();
   std::string control(const std::string& command);
+  Status set_parameter(const std::string& key, const std::string& text);
+  [[nodiscard]] std::vector<ParameterDescription> parameters();
 
   const NodeOptions options_;
   const std::string restarts_;  // of this process, as its launcher says; empty without one
@@ -87,8 +90,11 @@ class NodeImpl final : public Node {
   mutable std::mutex mutex_;  // of what follows
   std::string state_ = "starting";
   std::string detail_;
-  std::map<std::string, std::string> parameters_;
-  std::function<Status(const std::string&, const std::string&)> set_handler_;
+  struct Parameter {
+    ParameterDescription description;
+    std::function<Status(const YAML::Node& value)> set;  // none: is what it was at the start
+  };
+  std::map<std::string, Parameter> parameters_;
   std::map<std::string, std::shared_ptr<TextClient>> clients_;
 
   // in the order in which they are made; they go the other way round

@@ -32,6 +32,7 @@ class OutputPort final : public RawOutput, public OutputRecord {
   [[nodiscard]] const std::string& name() const override { return name_; }
 
   [[nodiscard]] PortDescription describe() const override;
+  [[nodiscard]] std::string idl() const override { return type_.idl; }
   void drain_name_lock() override { lock_->drain(); }
   [[nodiscard]] std::uint64_t written() const override { return writer_->written(); }
   [[nodiscard]] std::vector<Wire> wires() const override;

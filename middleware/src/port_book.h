@@ -29,6 +29,8 @@ class PortRecord {
  public:
   virtual ~PortRecord() = default;
   [[nodiscard]] virtual PortDescription describe() const = 0;
+  // The definition of its type; empty if it is not known.
+  [[nodiscard]] virtual std::string idl() const { return ""; }
   // Lets others ask who owns the name.
   virtual void drain_name_lock() {}
   // Sentences about partners that do not fit, each one once.

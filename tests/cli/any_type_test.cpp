@@ -94,6 +94,21 @@ INSTANTIATE_TEST_SUITE_P(
               "'data.0' is 256; expected a whole number from 0 to 255"},
         Wrong{"sensor_msgs/msg/CameraInfo", R"({"k": [1, 2]})", "'k' is [1,2]; expected a list of 9"}));
 
+TEST(AnyType, AListOfAnythingIsItsText) {
+  const AnyType* type = find_any_type("nido_msgs/msg/Values");
+  ASSERT_NE(type, nullptr);
+  const auto message = type->type.make_message();
+  const std::string text = R"([seen] 3 2.5 "blue cube" (1 (2 3)) {1 255})";
+  const auto words = json_of_words(*type, {text});
+  ASSERT_TRUE(words.ok());
+  ASSERT_TRUE(type->from_json(*words, message.get()).ok());
+  EXPECT_EQ(type->to_json(message.get(), 0)["text"], text);
+  const Status open = type->from_json(Json{{"text", "(1 2"}}, message.get());
+  ASSERT_FALSE(open.ok());
+  EXPECT_EQ(open.error().message, "character 5: a '(' is not closed");
+  EXPECT_FALSE(type->from_json(Json{{"test", "1"}}, message.get()).ok());
+}
+
 TEST(Words, AMapOrFieldsOrTheOnlyValue) {
   const AnyType* command = find_any_type("nido_msgs/msg/JointCommand");
   const Json expected = {{"mode", "position"}, {"joint", {0, 1}}};

@@ -37,7 +37,11 @@ set(CMAKE_CXX_STANDARD 20)
 find_package(nido REQUIRED)
 add_executable(doubler doubler.cpp)
 target_link_libraries(doubler PRIVATE nido::middleware)
+nido_messages(lab_messages lab.idl)
+add_executable(lab_node lab_node.cpp)
+target_link_libraries(lab_node PRIVATE nido::middleware nido::value_message lab_messages)
 LISTS
+cp "$source_dir/tests/cli/lab.idl" "$source_dir/tests/cli/lab_node.cpp" doubler/
 # the first program of docs/ports.md
 awk '/^```cpp$/{on=1;next} /^```$/{if(on)exit} on' "$source_dir/docs/ports.md" > doubler/doubler.cpp
 cmake -S doubler -B doubler/build -DCMAKE_PREFIX_PATH="$prefix" > doubler.log 2>&1 &&
@@ -47,4 +51,9 @@ doubler=$!
 trap 'kill $doubler 2> /dev/null || true; rm -rf "$work"' EXIT
 nido port info /doubler/twice:o --wait 20 > port.txt 2>&1 || true
 grep -q "sensor_msgs/msg/JointState" port.txt || { cat doubler.out port.txt; fail "the node's port is not there"; }
+env ROS_DOMAIN_ID=27 doubler/build/lab_node > lab.out 2>&1 &
+lab=$!
+trap 'kill $doubler $lab 2> /dev/null || true; rm -rf "$work"' EXIT
+nido port read /lab/packet:o --count 1 --wait 20 --json > packet.txt 2>&1 || true
+grep -q '"label":"left"' packet.txt || { cat lab.out packet.txt; fail "a message of the node's own cannot be read"; }
 echo "installed, launched, recorded, built against"

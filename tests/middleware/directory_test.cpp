@@ -92,31 +92,8 @@ TEST(Control, AnswersAndRefuses) {
   };
   EXPECT_TRUE(ask("info").starts_with("[ok] worker starting"));
   EXPECT_TRUE(ask("dance").starts_with("[fail] 'dance' is not understood"));
-  EXPECT_TRUE(ask("set speed 3").starts_with("[fail] node worker has no parameters"));
-  std::string seen;
-  node->on_set_parameter([&](const std::string& key, const std::string& value) -> Status {
-    if (key != "speed") {
-      return Error{ErrorCode::kInvalidArgument, "there is only speed"};
-    }
-    seen = value;
-    return {};
-  });
-  EXPECT_EQ(ask("set speed 3"), "[ok]");
-  EXPECT_EQ(seen, "3");
-  EXPECT_EQ(ask("set colour red"), "[fail] there is only speed");
   EXPECT_EQ(ask("stop"), "[ok]");
   EXPECT_TRUE(node->run([](Time) { return Status(); }).ok()) << "returns, as it was stopped";
-}
-
-TEST(Parameters, WrongTypeIsRefusedByName) {
-  auto options = options_of("worker");
-  options.parameters["camera"]["width"] = "wide";
-  auto node = make_node(options);
-  const auto width = node->parameter<int>("camera.width", 320);
-  ASSERT_FALSE(width.ok());
-  EXPECT_EQ(width.error().code, ErrorCode::kInvalidArgument);
-  EXPECT_NE(width.error().message.find("camera.width"), std::string::npos);
-  EXPECT_NE(width.error().message.find("wide"), std::string::npos);
 }
 
 }  // namespace

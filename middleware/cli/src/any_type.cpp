@@ -8,6 +8,7 @@
 #include "nido/launcher/suggest.h"
 #include "nido/middleware/typed_port.h"
 #include "nido/msgs/reflection.h"
+#include "nido/value/value_message.h"
 
 namespace nido {
 namespace {
@@ -158,14 +159,49 @@ AnyType make_any_type() {
   return any;
 }
 
+// A list of anything is shown, and written, as the text that people use for it.
+AnyType type_of_values() {
+  AnyType any = make_any_type<msgs::Values>();
+  any.fields = {"header", "text"};
+  any.to_json = [](const void* message, std::size_t longest) {
+    const auto& list = *static_cast<const msgs::Values*>(message);
+    const Result<Values> values = values_of(list);
+    return Json{{"header", json_of(list.header(), longest)},
+                {"text", values ? to_text(*values) : "(no list: " + values.error().message + ")"}};
+  };
+  any.from_json = [](const Json& value, void* message) -> Status {
+    auto& list = *static_cast<msgs::Values*>(message);
+    if (!value.is_object()) return wrong("", value, "a map with the fields header, text");
+    for (const auto& [key, inner] : value.items()) {
+      if (key == "header") {
+        if (Status read = read_json(inner, list.header(), "header"); !read) return read;
+      } else if (key == "text" && inner.is_string()) {
+        const Result<Values> values = parse_values(inner.get<std::string>());
+        if (!values) return values.error();
+        list.data() = message_of(*values).data();
+      } else {
+        return wrong(key, inner, "one of header, text (a list of anything, as in: seen 3 (1.5 \"a b\"))");
+      }
+    }
+    return {};
+  };
+  return any;
+}
+
 }  // namespace
 
 const std::vector<AnyType>& any_types() {
-  static const std::vector<AnyType> types = {
+  static const std::vector<AnyType> types = [] {
+    std::vector<AnyType> all = {
 #define NIDO_ANY_TYPE(package, folder, type) make_any_type<package::folder::dds_::type##_>(),
-      NIDO_MSGS(NIDO_ANY_TYPE)
+        NIDO_MSGS(NIDO_ANY_TYPE)
 #undef NIDO_ANY_TYPE
-  };
+    };
+    for (AnyType& type : all) {
+      if (type.name == "nido_msgs/msg/Values") type = type_of_values();
+    }
+    return all;
+  }();
   return types;
 }
 

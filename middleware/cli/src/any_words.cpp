@@ -79,16 +79,19 @@ void write_text(const Json& value, const std::string& indent, std::string& text)
 }  // namespace
 
 Result<Json> json_of_words(const AnyType& type, const std::vector<std::string>& words) {
+  std::string whole;
+  for (const auto& word : words) whole += (whole.empty() ? "" : " ") + word;
+  // a list of anything has a notation of its own, in which braces are blobs
+  if (type.name == "nido_msgs/msg/Values") return Json{{"text", whole}};
   if (words.size() == 1 && words.front().starts_with('{')) return parse(words.front());
   std::vector<std::string> content = type.fields;
   std::erase(content, "header");
   if (content.size() == 1 && !words.empty() && !words.front().starts_with(content.front() + "=")) {
-    std::string whole;
-    for (const auto& word : words) whole += (whole.empty() ? "" : " ") + word;
+    // `write /text hello` and `write /text 3` mean the text
+    if (type.name == "std_msgs/msg/String") return Json{{content.front(), whole}};
     auto value = parse(whole);
     if (!value) return value;
-    // `write /text hello` and `write /text 3` mean the text
-    return Json{{content.front(), type.name == "std_msgs/msg/String" ? Json(whole) : *value}};
+    return Json{{content.front(), *value}};
   }
   Json object = Json::object();
   for (const auto& word : words) {

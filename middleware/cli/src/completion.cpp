@@ -65,6 +65,7 @@ enum class Kind {
   kNode,
   kExperiment,
   kBench,
+  kClock,
   kShell
 };
 
@@ -82,6 +83,11 @@ const std::map<std::string, std::vector<Kind>> kArguments = {
     {"port delay", {Kind::kOutput, Kind::kNothing}},
     {"port ping", {Kind::kAnyPort, Kind::kNothing}},
     {"node info", {Kind::kNode, Kind::kNothing}},
+    {"param list", {Kind::kNode, Kind::kNothing}},
+    {"param get", {Kind::kNode, Kind::kNothing}},
+    {"param set", {Kind::kNode, Kind::kNothing}},
+    {"param save", {Kind::kNode, Kind::kNothing}},
+    {"clock", {Kind::kClock, Kind::kNothing}},
     {"record", {Kind::kOutput}},
     {"experiment run", {Kind::kExperiment, Kind::kNothing}},
     {"bench", {Kind::kBench, Kind::kNothing}},
@@ -148,6 +154,8 @@ std::vector<std::string> names_of(Kind kind, const Common& common) {
       return programs_named("nido-experiment-");
     case Kind::kBench:
       return programs_named("nido-bench-");
+    case Kind::kClock:
+      return {"pause", "run", "step", "rate"};
     case Kind::kShell:
       return {"bash", "zsh"};
     default:

@@ -156,12 +156,20 @@ void add_ports(Verbs& verbs, PortArguments& args) {
   read->add_option("--count", args.count, "end after N messages; 0: go on until Ctrl-C")
       ->check(CLI::Range(0, 1000000000))
       ->type_name("N");
+  const auto idl = [&common](CLI::App* verb) {
+    verb->add_option("--idl", common.idl, "a file that defines the message type, if nido does not know it")
+        ->expected(1)
+        ->take_all()
+        ->type_name("FILE");
+  };
+  idl(read);
   read->add_option("--for", args.for_s, "end after this time")
       ->check(CLI::Range(0.0, 1e9))
       ->type_name("SECONDS");
   read->callback([&] { throw CLI::RuntimeError(cli::port_read(common, args.port, args.count, args.for_s)); });
   auto* write = one("write", "send one message to an input",
                     "nido port write /icubSim/head/command:i mode=position joint=[0] value=[0.2]");
+  idl(write);
   write->add_option("value", args.words, "one map in YAML or JSON, or FIELD=VALUE...")->required();
   write->callback([&] { throw CLI::RuntimeError(cli::port_write(common, args.port, args.words)); });
   auto* rpc = one("rpc", "ask a service and print its answer", "nido port rpc /icubSim/head/rpc:i get encs");
@@ -198,6 +206,36 @@ void add_ports(Verbs& verbs, PortArguments& args) {
       ->type_name("N");
   ping->callback(
       [&] { throw CLI::RuntimeError(cli::port_ping(common, args.port, args.count > 0 ? args.count : 4)); });
+}
+
+struct ParamArguments {
+  std::string node;
+  std::string key;
+  std::string value;
+  std::string file;
+};
+
+void add_params(Verbs& verbs, ParamArguments& args) {
+  auto& common = verbs.common;
+  CLI::App* group = verbs.group("param", "parameters of running processes", "nido param list vision");
+  const auto one = [&](const char* name, const char* meaning, const char* example) {
+    CLI::App* verb = verbs.add(group, name, meaning, example);
+    verb->add_option("node", args.node, "name of a node")->required();
+    return verb;
+  };
+  one("list", "values, units, ranges and what they are for", "nido param list vision")->callback([&] {
+    throw CLI::RuntimeError(cli::param_list(common, args.node));
+  });
+  auto* get = one("get", "one value", "nido param get vision threshold");
+  get->add_option("key", args.key, "of a parameter")->required();
+  get->callback([&] { throw CLI::RuntimeError(cli::param_get(common, args.node, args.key)); });
+  auto* set = one("set", "change a value while the node runs", "nido param set speech threshold 0.6");
+  set->add_option("key", args.key, "of a parameter")->required();
+  set->add_option("value", args.value, "in YAML")->required();
+  set->callback([&] { throw CLI::RuntimeError(cli::param_set(common, args.node, args.key, args.value)); });
+  auto* save = one("save", "write all values into a file", "nido param save vision vision.yaml");
+  save->add_option("file", args.file, "YAML, as apps and nodes take it")->required();
+  save->callback([&] { throw CLI::RuntimeError(cli::param_save(common, args.node, args.file)); });
 }
 
 void add_record(Verbs& verbs, cli::RecordRequest& request) {
@@ -282,6 +320,14 @@ int main(int argc, char** argv) {
       verbs.add(node, "info", "parameters, ports, connections, losses of a process", "nido node info vision");
   node_info->add_option("node", node_name, "name of a node")->required();
   node_info->callback([&] { throw CLI::RuntimeError(cli::node_info(common, node_name)); });
+
+  ParamArguments param_args;
+  add_params(verbs, param_args);
+  std::vector<std::string> clock_words;
+  auto* clock = verbs.add(nullptr, "clock", "simulated time: look at it, pause, run, step, pace it",
+                          "nido clock\n  nido clock pause\n  nido clock step 100\n  nido clock rate 0.5");
+  clock->add_option("text", clock_words, "nothing, or pause, run, step [N], rate R|max");
+  clock->callback([&] { throw CLI::RuntimeError(cli::clock(common, clock_words)); });
 
   std::vector<std::string> world_words;
   auto* world =

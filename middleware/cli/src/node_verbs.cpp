@@ -4,7 +4,6 @@
 #include <cstdlib>
 #include <string_view>
 
-#include "nido/launcher/suggest.h"
 #include "verbs.h"
 
 namespace nido::cli {
@@ -80,19 +79,9 @@ int node_list(const Common& common) {
 int node_info(const Common& common, const std::string& name) {
   auto session = join(common);
   if (!session) return fail(session.error());
-  session->directory->wait([&name](const Directory& d) { return interrupted() || d.node(name).has_value(); },
-                           common.wait_s);
+  auto node = find_node(*session, common, name);
   if (interrupted()) return 130;
-  auto node = session->directory->node(name);
-  if (!node) {
-    std::vector<std::string> names;
-    for (const auto& one : session->directory->nodes()) names.push_back(one.name);
-    const std::string near = nearest_word(name, names);
-    return fail(
-        {ErrorCode::kNotFound,
-         fmt::format("there is no node '{}' in domain {}{}; there are: {}", name, common.domain,
-                     near.empty() ? "" : fmt::format("; did you mean '{}'?", near), join_words(names))});
-  }
+  if (!node) return fail(node.error());
   const int restarts = take_restarts(*node);
   if (common.json) {
     fmt::print("{}\n", json_of(*node, restarts).dump(2));

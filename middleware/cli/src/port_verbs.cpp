@@ -238,10 +238,15 @@ int port_write(const Common& common, const std::string& port, const std::vector<
     return fail({ErrorCode::kInvalidArgument,
                  fmt::format("{} is a service: ask it with nido port rpc {} TEXT", port, port)});
   }
-  const AnyType* type = find_any_type(owner->port.type);
-  if (type == nullptr)
+  const auto found = type_named(*session, common, port, owner->port.type);
+  if (!found) return fail(found.error());
+  const std::shared_ptr<const AnyType>& type = *found;
+  if (type == nullptr) {
     return fail({ErrorCode::kUnsupported,
-                 fmt::format("{} takes {}, a type that this nido does not know", port, owner->port.type)});
+                 fmt::format("{} takes {}, a type that this nido does not know: give its definition with "
+                             "--idl FILE",
+                             port, owner->port.type)});
+  }
   auto value = json_of_words(*type, words);
   if (!value) return fail(value.error());
   auto message = type->type.make_message();
@@ -289,7 +294,7 @@ int port_rpc(const Common& common, const std::string& port, const std::vector<st
   if (interrupted()) return 130;
   if (!answer) {
     if (answer.error().code == ErrorCode::kNotFound) {
-      auto owner = find_port(*session, {common.domain, common.json, 0.2}, port);
+      auto owner = find_port(*session, {common.domain, common.json, 0.2, {}}, port);
       if (!owner) return fail(owner.error());
     }
     return fail(answer.error());

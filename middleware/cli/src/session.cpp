@@ -7,10 +7,14 @@
 #include <atomic>
 #include <chrono>
 #include <csignal>
+#include <fstream>
+#include <iterator>
 
+#include "nido/cli/idl_type.h"
 #include "nido/launcher/suggest.h"
 #include "nido/launcher/terminal.h"
 #include "nido/middleware/port_name.h"
+#include "nido/recorder/idl_text.h"
 #include "nido/recorder/raw_message.h"
 
 namespace nido::cli {
@@ -58,6 +62,34 @@ std::shared_ptr<const AnyType> type_of_bytes(const std::string& name) {
 
 bool interrupted() { return stop_asked; }
 
+Result<std::shared_ptr<const AnyType>> type_named(const Session& session, const Common& common,
+                                                  const std::string& port, const std::string& name) {
+  if (const AnyType* known = find_any_type(name)) {
+    // never deleted: it belongs to the table of all types
+    return std::shared_ptr<const AnyType>(std::shared_ptr<void>(), known);
+  }
+  IdlTypes types;
+  // what other definitions are made of
+  for (const AnyType& one : any_types()) (void)types.add(idl_text_of(one.name));
+  for (const std::string& file : common.idl) {
+    std::ifstream in(file);
+    if (!in) return Error{ErrorCode::kNotFound, fmt::format("cannot read {} (--idl)", file)};
+    const std::string text((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
+    if (Status added = types.add(text); !added) {
+      return Error{ErrorCode::kInvalidArgument, fmt::format("{}: {}", file, added.error().message)};
+    }
+  }
+  if (auto type = types.find(name)) return type;
+  // the node was built with it
+  if (const auto owner = session.directory->owner_of(port)) {
+    const auto answer = session.node->call("/" + owner->node.name + "/control", "idl " + port, common.wait_s);
+    if (answer && answer->starts_with("[ok]\n") && types.add(answer->substr(5)).ok()) {
+      return types.find(name);
+    }
+  }
+  return std::shared_ptr<const AnyType>();
+}
+
 Result<Session> join(const Common& common) {
   struct sigaction action {};
   action.sa_handler = on_signal;
@@ -95,6 +127,19 @@ void settle(Directory& directory) {
 int fail(const Error& error) {
   fmt::print(stderr, "error: {}\n", error.message);
   return exit_code_of(error);
+}
+
+Result<NodeDescription> find_node(const Session& session, const Common& common, const std::string& name) {
+  session.directory->wait([&name](const Directory& d) { return interrupted() || d.node(name).has_value(); },
+                          common.wait_s);
+  if (auto node = session.directory->node(name)) return *node;
+  if (interrupted()) return Error{ErrorCode::kInterrupted, "stopped"};
+  std::vector<std::string> names;
+  for (const auto& one : session.directory->nodes()) names.push_back(one.name);
+  const std::string near = nearest_word(name, names);
+  return Error{ErrorCode::kNotFound,
+               fmt::format("there is no node '{}' in domain {}{}; there are: {}", name, common.domain,
+                           near.empty() ? "" : fmt::format("; did you mean '{}'?", near), join_words(names))};
 }
 
 Result<Directory::Owner> find_port(const Session& session, const Common& common, const std::string& port) {
@@ -152,12 +197,11 @@ Result<Source> find_source(const Session& session, const Common& common, const s
   } else if (const auto there = topic_there(*session.directory)) {
     type_name = there->type;
   } else {
-    return find_port(session, {common.domain, common.json, 0.0}, port).error();
+    return find_port(session, {common.domain, common.json, 0.0, {}}, port).error();
   }
-  const AnyType* known = find_any_type(type_name);
-  source.type = known == nullptr ? type_of_bytes(type_name)
-                                 // never deleted: it belongs to the table of all types
-                                 : std::shared_ptr<const AnyType>(std::shared_ptr<void>(), known);
+  auto type = type_named(session, common, port, type_name);
+  if (!type) return type.error();
+  source.type = *type != nullptr ? *type : type_of_bytes(type_name);
   return source;
 }
 

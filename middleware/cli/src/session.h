@@ -3,6 +3,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "nido/cli/any_type.h"
 #include "nido/interfaces/result.h"
@@ -15,7 +16,8 @@ namespace nido::cli {
 struct Common {
   int domain = 0;
   bool json = false;
-  double wait_s = 3.0;  // wall time that a thing is waited for
+  double wait_s = 3.0;           // wall time that a thing is waited for
+  std::vector<std::string> idl = {};  // files that define message types
 };
 
 // A tool's look into a domain: a hidden node and the directory.
@@ -33,8 +35,14 @@ bool interrupted();
 
 // Prints a failure as one sentence and returns its exit code.
 int fail(const Error& error);
+// A node by its name, waited for; kNotFound suggests a near name.
+Result<NodeDescription> find_node(const Session& session, const Common& common, const std::string& name);
 // The port's owner, waited for; kNotFound suggests a near name.
 Result<Directory::Owner> find_port(const Session& session, const Common& common, const std::string& port);
+// The type of a port: one that nido was built with, or one that a file of --idl defines, or that the port's
+// node tells the definition of. nullptr if nobody knows it; kInvalidArgument if a file is no IDL.
+Result<std::shared_ptr<const AnyType>> type_named(const Session& session, const Common& common,
+                                                  const std::string& port, const std::string& name);
 // Type and profile of an output port, of a nido process or of any DDS program.
 struct Source {
   std::shared_ptr<const AnyType> type;  // of a type that is not known here: its bytes

@@ -24,6 +24,16 @@ int port_ping(const Common& common, const std::string& port, int count);
 int node_list(const Common& common);
 int node_info(const Common& common, const std::string& node);
 
+// Parameters of a running node.
+int param_list(const Common& common, const std::string& node);
+int param_get(const Common& common, const std::string& node, const std::string& key);
+int param_set(const Common& common, const std::string& node, const std::string& key,
+              const std::string& value);
+int param_save(const Common& common, const std::string& node, const std::string& file);
+
+// What the owner of simulated time is told: nothing (it tells its state), pause, run, step [N], rate R|max.
+int clock(const Common& common, const std::vector<std::string>& words);
+
 int doctor(const Common& common);
 
 // Recording and replay (docs/recording.md).

@@ -10,6 +10,7 @@
 
 #include "nido/msgs/types.h"
 #include "nido/textproto/control_board_text.h"
+#include "nido/value/value_message.h"
 #include "nido/yarp/image.h"
 
 namespace nido::gateway {
@@ -189,6 +190,15 @@ std::vector<View> views_of(const std::string& output, const AnyType& type,
                            const std::shared_ptr<const Modes>& modes) {
   if (type.name == "sensor_msgs/msg/JointState") return joint_views(output, modes);
   if (type.name == "sensor_msgs/msg/Image") return image_views(output);
+  if (type.name == "nido_msgs/msg/Values") {
+    return {{output, "lists of anything", &time_of_message<msgs::Values>,
+             [](const void* message) {
+               // what is no list says nothing
+               const Result<Values> values = values_of(*static_cast<const msgs::Values*>(message));
+               return Content(values ? *values : Bottle());
+             },
+             false}};
+  }
   std::vector<View> views = {generic_view(output, type)};
   const auto vector_view = [&](const std::string& name, const std::string& about, auto time, auto content) {
     views.push_back({name, about, time, content, false});
@@ -250,6 +260,12 @@ Status take_into(const AnyType& type, const yarp::Incoming& incoming, std::int64
   const Result<yarp::Decoded> content = incoming.content();
   if (!content) return content.error();
   const Bottle& bottle = content->bottle;
+  if (type.name == "nido_msgs/msg/Values") {
+    auto& out = *static_cast<msgs::Values*>(message);
+    out = message_of(bottle);
+    out.header(header_of(incoming, now_ns));
+    return {};
+  }
   if (type.name == "nido_msgs/msg/JointCommand") {
     Result<StreamCommand> command = parse_stream_command(bottle);
     if (!command) return command.error();

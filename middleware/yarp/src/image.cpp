@@ -4,7 +4,7 @@
 
 #include <cstring>
 
-#include "bytes.h"
+#include "nido/value/bytes.h"
 
 namespace nido::yarp {
 namespace {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "bytes.h"
+#include "nido/value/bytes.h"
 #include "nido/yarp/stream.h"
 
 namespace nido::yarp {

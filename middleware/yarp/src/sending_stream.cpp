@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <array>
 
-#include "bytes.h"
+#include "nido/value/bytes.h"
 #include "nido/yarp/stream.h"
 
 namespace nido::yarp {

@@ -1,6 +1,6 @@
 #include <fmt/format.h>
 
-#include "bytes.h"
+#include "nido/value/bytes.h"
 #include "nido/yarp/image.h"
 
 namespace nido::yarp {

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "nido/middleware/clock_control.h"
 #include "nido/middleware/node.h"
-#include "nido/middleware/pacer.h"
 #include "src/robot.h"
 #include "src/robot_file.h"
 #include "src/settings.h"
@@ -14,9 +14,8 @@ namespace nido {
 namespace {
 
 // The robot makes the time: the clock is published after each control period, and waited for in lockstep.
-Status run_simulated(Node& node, Robot& robot, const RobotFile& file, std::optional<double> rate) {
+Status run_simulated(Node& node, Robot& robot, const RobotFile& file, ClockControl& clock) {
   const auto period_ns = Time::from_seconds(file.period_s).ns;
-  Pacer pacer(rate);
   const auto log = [&node](const std::string& sentence) { node.log_info(sentence); };
   for (std::int64_t now_ns = 0;;) {
     if (Status told = node.publish_clock(Time{now_ns}); !told) return told;
@@ -24,7 +23,7 @@ Status run_simulated(Node& node, Robot& robot, const RobotFile& file, std::optio
     if (robot.has_far_time()) {
       next_ns = robot.wait_for_far_time(now_ns, period_ns, log);
     } else {
-      pacer.wait(Time{now_ns});
+      if (Status due = clock.wait(Time{now_ns}); !due) return due;
     }
     if (Status stepped = robot.step_to(next_ns); !stepped) return stepped;
     now_ns = next_ns;
@@ -43,9 +42,15 @@ Status run(Node& node) {
   const std::int64_t start_ns = makes_time ? 0 : node.now().ns;
   const Result<std::unique_ptr<Robot>> robot = Robot::create(node, *file, settings->run, start_ns);
   if (!robot) return robot.error();
+  std::unique_ptr<ClockControl> clock;
+  if (makes_time) {
+    auto control = ClockControl::open(node, rate, settings->is_paused);
+    if (!control) return control.error();
+    clock = std::move(*control);
+  }
   if (Status published = (*robot)->publish(); !published) return published;
   node.set_ready();
-  const Status ended = makes_time ? run_simulated(node, **robot, *file, rate)
+  const Status ended = makes_time ? run_simulated(node, **robot, *file, *clock)
                                   : node.run([&robot](Time now) { return (*robot)->step_to(now.ns); });
   // asked to stop is what a robot process ends with
   if (!ended && ended.error().code == ErrorCode::kInterrupted) return {};

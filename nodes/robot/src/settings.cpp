@@ -41,6 +41,10 @@ const Schema& settings_schema() {
         .kind = ValueKind::kNumberOrMax,
         .fallback = "1",
         .meaning = "simulated seconds per second"},
+       {.key = "paused",
+        .kind = ValueKind::kFlag,
+        .fallback = "false",
+        .meaning = "time begins when `nido clock run` says so"},
        {.key = "lockstep",
         .kind = ValueKind::kAnyMap,
         .fallback = "{}",
@@ -76,6 +80,7 @@ Result<RobotSettings> read_settings(const YAML::Node& parameters, std::uint64_t 
   settings.run.seed = values["seed"] ? values["seed"].as<std::uint64_t>() : seed;
   if (const auto rate = values["rate"].as<std::string>(); rate != "max")
     settings.rate = values["rate"].as<double>();
+  settings.is_paused = values["paused"].as<bool>();
   const YAML::Node audio = values["audio"];
   settings.run.audio = {audio["source"].as<std::string>(), audio["file"].as<std::string>(),
                         audio["text"].as<std::string>(), audio["voice"].as<std::string>(),

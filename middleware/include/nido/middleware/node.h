@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "nido/interfaces/result.h"
+#include "nido/middleware/parameter.h"
 #include "nido/middleware/port.h"
 #include "nido/middleware/raw_port.h"
 #include "nido/middleware/time.h"
@@ -90,25 +91,28 @@ class Node {
   virtual Result<std::string> call(const std::string& port_name, const std::string& text,
                                    double timeout_s) = 0;
 
-  // What happens when somebody sets a parameter of this running node from outside ("set KEY VALUE" to
-  // /NODE/control). The handler runs on a middleware thread; without one, setting is refused.
-  virtual void on_set_parameter(
-      std::function<Status(const std::string& key, const std::string& value)> handler) = 0;
-
   // Life cycle, seen by the launcher and `nido node info`.
   virtual void set_ready() = 0;
   virtual void set_failed(const std::string& sentence) = 0;
   // Where this process looks for a parameter: "cameras.width" in options().parameters; what was asked for is
-  // listed, with its value, in `nido node info`. kInvalidArgument names the key when the value is not of this
-  // type. T: bool, int, double, std::string or a std::vector of these.
+  // listed, with its value and what is said of it, by `nido param list NODE`. kInvalidArgument names the key,
+  // what was found and what is allowed. T: bool, int, double, std::string or a std::vector of these.
   template <class T>
-  Result<T> parameter(const std::string& key, const T& value_if_absent);
+  Result<T> parameter(const std::string& key, const T& value_if_absent, const ParameterAbout& about = {});
+  // The same for one that `nido param set NODE KEY VALUE` changes while the node runs, at any moment: a run
+  // in lockstep in which somebody does that is not repeatable.
+  template <class T>
+  Result<std::shared_ptr<const LiveParameter<T>>> live_parameter(const std::string& key,
+                                                                 const T& value_if_absent,
+                                                                 const ParameterAbout& about = {});
 
   // Calls on_tick(now) every period of the node's clock until SIGINT, SIGTERM, stop() or a failure of
   // on_tick, which it returns. In lockstep every message that other nodes wrote before this tick has arrived
   // when on_tick is called.
   virtual Status run(const std::function<Status(Time)>& on_tick) = 0;
   virtual void stop() = 0;
+  // SIGINT, SIGTERM or stop() has come: for what waits in a loop of its own.
+  [[nodiscard]] virtual bool is_stop_asked() const = 0;
   // The node that owns the clock (the robot process, with a simulator) drives it with this instead of run():
   // publishes `now` on /clock, in lockstep waits until every joined node has finished this tick. Returns
   // kInterrupted on SIGINT, SIGTERM, stop(). Lockstep: say options.clock = kLockstep and parameter `lockstep:
@@ -123,8 +127,9 @@ class Node {
   virtual void log_error(const std::string& text) = 0;
 
  protected:
-  // Lists a parameter as in use.
-  virtual void note_parameter(const std::string& key, const std::string& value) = 0;
+  // Lists a parameter as in use. `set` takes a new value, if there may be one.
+  virtual void note_parameter(ParameterDescription description,
+                              std::function<Status(const YAML::Node& value)> set) = 0;
 };
 
 // Runs a node program: parses arguments, creates the node, calls `body(node)`, prints a failure as one
@@ -133,33 +138,35 @@ int node_main(int argc, char** argv, const std::string& default_name,
               const std::function<Status(Node&)>& body);
 
 template <class T>
-Result<T> Node::parameter(const std::string& key, const T& value_if_absent) {
-  YAML::Node place;
-  place.reset(options().parameters);
-  for (std::size_t begin = 0; begin <= key.size();) {
-    const std::size_t end = std::min(key.find('.', begin), key.size());
-    // const: else looking for a key that is absent would add it
-    const YAML::Node& group = place;
-    const YAML::Node inner =
-        group.IsMap() ? group[key.substr(begin, end - begin)] : YAML::Node(YAML::NodeType::Undefined);
-    if (!inner.IsDefined()) {
-      YAML::Node fallback;
-      fallback = value_if_absent;
-      note_parameter(key, YAML::Dump(fallback));
-      return value_if_absent;
-    }
-    place.reset(inner);
-    begin = end + 1;
+Result<T> Node::parameter(const std::string& key, const T& value_if_absent, const ParameterAbout& about) {
+  YAML::Node given = find_parameter(options().parameters, key);
+  if (!given.IsDefined()) given = value_if_absent;
+  Result<T> value =
+      detail::checked_parameter<T>(given, about, "parameter " + key + " of node " + options().name);
+  if (value) {
+    note_parameter({key, detail::parameter_type<T>(), parameter_text(given), about, false}, nullptr);
   }
-  try {
-    T value = place.as<T>();
-    note_parameter(key, YAML::Dump(place));
-    return value;
-  } catch (const YAML::Exception&) {
-    return Error{ErrorCode::kInvalidArgument, "parameter " + key + " of node " + options().name +
-                                                  " cannot be '" + YAML::Dump(place) +
-                                                  "': another type of value is expected"};
-  }
+  return value;
+}
+
+template <class T>
+Result<std::shared_ptr<const LiveParameter<T>>> Node::live_parameter(const std::string& key,
+                                                                     const T& value_if_absent,
+                                                                     const ParameterAbout& about) {
+  const Result<T> value = parameter(key, value_if_absent, about);
+  if (!value) return value.error();
+  const auto live = std::make_shared<LiveParameter<T>>(*value);
+  const std::string place = "parameter " + key + " of node " + options().name;
+  YAML::Node shown;
+  shown = *value;
+  note_parameter({key, detail::parameter_type<T>(), parameter_text(shown), about, true},
+                 [live, about, place](const YAML::Node& next) -> Status {
+                   Result<T> checked = detail::checked_parameter<T>(next, about, place);
+                   if (!checked) return checked.error();
+                   live->set(std::move(*checked));
+                   return {};
+                 });
+  return std::shared_ptr<const LiveParameter<T>>(live);
 }
 
 }  // namespace nido

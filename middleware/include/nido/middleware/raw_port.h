@@ -22,8 +22,11 @@ struct MessageType {
   std::string dds_name;                                                  // "sensor_msgs::msg::dds_::Image_"
   std::function<std::shared_ptr<void>()> make_message;                   // an empty one
   std::function<eprosima::fastdds::dds::TopicDataType*()> make_support;  // the caller owns it
-  [[nodiscard]] std::string ros_name() const;                            // "sensor_msgs/msg/Image"
-  static std::string dds_name_of(const std::string& ros_name);           // the way back
+  // The type's definition, with those that it is made of, for tools that were not built with it; empty if
+  // not known. Names as ROS 2 users know them: module pkg { module msg { struct Type { ... }; }; };
+  std::string idl;
+  [[nodiscard]] std::string ros_name() const;                   // "sensor_msgs/msg/Image"
+  static std::string dds_name_of(const std::string& ros_name);  // the way back
 };
 
 // A message of the port's type with what is known of its journey.

@@ -18,6 +18,7 @@ MessageType message_type_of() {
   type.dds_name = Support().getName();
   type.make_message = [] { return std::static_pointer_cast<void>(std::make_shared<T>()); };
   type.make_support = [] { return static_cast<eprosima::fastdds::dds::TopicDataType*>(new Support()); };
+  if constexpr (requires { msgs::TypeSupportOf<T>::idl; }) type.idl = msgs::TypeSupportOf<T>::idl;
   return type;
 }
 

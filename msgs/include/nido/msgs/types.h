@@ -40,6 +40,7 @@
   X(nido_msgs, msg, ActionStatus)         \
   X(nido_msgs, msg, StageEvent)           \
   X(nido_msgs, msg, Reward)               \
+  X(nido_msgs, msg, Values)               \
   X(nido_msgs, msg, Log)                  \
   X(nido_msgs, msg, ConnectionInfo)       \
   X(nido_msgs, msg, PortInfo)             \

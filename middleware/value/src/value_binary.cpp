@@ -2,10 +2,10 @@
 
 #include <algorithm>
 
-#include "bytes.h"
-#include "nido/yarp/bottle.h"
+#include "nido/value/bytes.h"
+#include "nido/value/value.h"
 
-namespace nido::yarp {
+namespace nido {
 namespace {
 
 using Kind = Value::Kind;
@@ -107,19 +107,19 @@ void put_list(std::string& out, const std::vector<Value>& items, Dialect dialect
 
 class Reader {
  public:
-  Reader(std::string_view bytes, Dialect dialect, const BottleLimits& limits)
+  Reader(std::string_view bytes, Dialect dialect, const ValueLimits& limits)
       : bytes_(bytes), dialect_(dialect), limits_(limits) {}
 
-  Result<Bottle> read_all() {
-    Result<Bottle> bottle = read_tagged(0);
-    if (bottle && at_ != bytes_.size())
+  Result<Values> read_all() {
+    Result<Values> values = read_tagged(0);
+    if (values && at_ != bytes_.size())
       return wrong(fmt::format("{} bytes are left over", bytes_.size() - at_));
-    return bottle;
+    return values;
   }
 
  private:
   Error wrong(const std::string& what) const {
-    return {ErrorCode::kInvalidArgument, fmt::format("byte {} of a Bottle: {}", at_, what)};
+    return {ErrorCode::kInvalidArgument, fmt::format("byte {} of a list: {}", at_, what)};
   }
   template <class T>
   bool read(T& value) {
@@ -129,7 +129,7 @@ class Reader {
     return true;
   }
 
-  Result<Bottle> read_tagged(int depth) {
+  Result<Values> read_tagged(int depth) {
     std::int32_t tag = 0;
     if (!read(tag)) return wrong("it ends before its tag");
     if ((tag & kListCode) == 0 || (tag & kDictCode) != 0)
@@ -138,7 +138,7 @@ class Reader {
   }
 
   // `shared`: the code of every item, 0 when each has its own
-  Result<Bottle> read_items(std::int32_t shared, int depth) {
+  Result<Values> read_items(std::int32_t shared, int depth) {
     if (depth > limits_.depth) return wrong(fmt::format("lists are nested deeper than {}", limits_.depth));
     std::int32_t count = 0;
     if (!read(count)) return wrong("it ends before the count of a list");
@@ -148,7 +148,7 @@ class Reader {
     }
     values_ += static_cast<std::size_t>(count);
     if (values_ > limits_.values) return wrong(fmt::format("more than {} values", limits_.values));
-    Bottle items;
+    Values items;
     items.reserve(std::min<std::size_t>(static_cast<std::size_t>(count), 1024));
     for (std::int32_t i = 0; i < count; ++i) {
       std::int32_t code = shared;
@@ -233,7 +233,7 @@ class Reader {
         break;
     }
     if (code == (kListCode | kDictCode)) {
-      Result<Bottle> items = read_tagged(depth + 1);
+      Result<Values> items = read_tagged(depth + 1);
       if (!items) return items.error();
       Value value;
       value.kind = Kind::kDict;
@@ -241,7 +241,7 @@ class Reader {
       return value;
     }
     if ((code & kListCode) != 0 && (code & kDictCode) == 0) {
-      Result<Bottle> items = read_items(code & ~kListCode, depth + 1);
+      Result<Values> items = read_items(code & ~kListCode, depth + 1);
       if (!items) return items.error();
       return Value::list(std::move(*items));
     }
@@ -250,7 +250,7 @@ class Reader {
 
   std::string_view bytes_;
   Dialect dialect_;
-  BottleLimits limits_;
+  ValueLimits limits_;
   std::size_t at_ = 0;
   std::size_t values_ = 0;
 };
@@ -285,36 +285,34 @@ Value Value::string(std::string text) {
   return value;
 }
 
+Value Value::blob(std::string bytes) {
+  Value value;
+  value.kind = Kind::kBlob;
+  value.text = std::move(bytes);
+  return value;
+}
+
 Value Value::list(std::vector<Value> items) {
   Value value;
   value.items = std::move(items);
   return value;
 }
 
-std::string encode(const Bottle& bottle, Dialect dialect) {
+std::string encode(const Values& values, Dialect dialect) {
   std::string out;
-  put_list(out, bottle, dialect);
+  put_list(out, values, dialect);
   return out;
 }
 
-Result<Bottle> decode(std::string_view bytes, Dialect dialect, const BottleLimits& limits) {
+Result<Values> decode(std::string_view bytes, Dialect dialect, const ValueLimits& limits) {
   return Reader(bytes, dialect, limits).read_all();
 }
 
-Result<Decoded> decode_any(std::string_view bytes, Dialect preferred, const BottleLimits& limits) {
-  Result<Bottle> first = decode(bytes, preferred, limits);
-  if (first) return Decoded{std::move(*first), preferred};
-  const Dialect other = preferred == Dialect::k3 ? Dialect::k4 : Dialect::k3;
-  Result<Bottle> second = decode(bytes, other, limits);
-  if (second) return Decoded{std::move(*second), other};
-  return first.error();
+Values list_of_numbers(const std::vector<double>& numbers) {
+  Values values;
+  values.reserve(numbers.size());
+  for (const double number : numbers) values.push_back(Value::of(number));
+  return values;
 }
 
-Bottle vector_bottle(const std::vector<double>& values) {
-  Bottle bottle;
-  bottle.reserve(values.size());
-  for (const double value : values) bottle.push_back(Value::of(value));
-  return bottle;
-}
-
-}  // namespace nido::yarp
+}  // namespace nido

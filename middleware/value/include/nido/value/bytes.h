@@ -7,12 +7,11 @@
 #include <string_view>
 #include <type_traits>
 
-namespace nido::yarp {
+namespace nido {
 
 // Little-endian numbers to and from bytes.
 
-static_assert(std::endian::native == std::endian::little,
-              "YARP's bytes are written as this computer has them");
+static_assert(std::endian::native == std::endian::little, "the bytes are written as this computer has them");
 
 template <class T>
 void put(std::string& out, T value) {
@@ -30,4 +29,4 @@ T get_at(std::string_view bytes, std::size_t at) {
   return value;
 }
 
-}  // namespace nido::yarp
+}  // namespace nido

@@ -5,9 +5,9 @@
 #include <cstdlib>
 #include <limits>
 
-#include "nido/yarp/bottle.h"
+#include "nido/value/value.h"
 
-namespace nido::yarp {
+namespace nido {
 namespace {
 
 using Kind = Value::Kind;
@@ -130,10 +130,10 @@ void append_items(std::string& out, const std::vector<Value>& items) {
 
 class Parser {
  public:
-  Parser(std::string_view text, const BottleLimits& limits) : text_(text), limits_(limits) {}
+  Parser(std::string_view text, const ValueLimits& limits) : text_(text), limits_(limits) {}
 
-  Result<Bottle> parse_all() {
-    Result<Bottle> items = parse_items(0);
+  Result<Values> parse_all() {
+    Result<Values> items = parse_items(0);
     if (items && at_ < text_.size()) return wrong("a ')' without a '('");
     return items;
   }
@@ -143,8 +143,8 @@ class Parser {
     return {ErrorCode::kInvalidArgument, fmt::format("character {}: {}", at_ + 1, what)};
   }
 
-  Result<Bottle> parse_items(int depth) {
-    Bottle items;
+  Result<Values> parse_items(int depth) {
+    Values items;
     for (;;) {
       while (at_ < text_.size() && is_separator(text_[at_])) ++at_;
       if (at_ == text_.size() || text_[at_] == ')') return items;
@@ -161,7 +161,7 @@ class Parser {
         if (depth >= limits_.depth)
           return wrong(fmt::format("lists are nested deeper than {}", limits_.depth));
         ++at_;
-        Result<Bottle> items = parse_items(depth + 1);
+        Result<Values> items = parse_items(depth + 1);
         if (!items) return items.error();
         if (at_ == text_.size()) return wrong("a '(' is not closed");
         ++at_;
@@ -264,16 +264,16 @@ class Parser {
   }
 
   std::string_view text_;
-  BottleLimits limits_;
+  ValueLimits limits_;
   std::size_t at_ = 0;
   std::size_t values_ = 0;
 };
 
 }  // namespace
 
-std::string to_text(const Bottle& bottle) {
+std::string to_text(const Values& values) {
   std::string out;
-  append_items(out, bottle);
+  append_items(out, values);
   return out;
 }
 
@@ -283,7 +283,7 @@ std::string to_text(const Value& value) {
   return out;
 }
 
-Result<Bottle> parse_bottle(std::string_view text, const BottleLimits& limits) {
+Result<Values> parse_values(std::string_view text, const ValueLimits& limits) {
   return Parser(text, limits).parse_all();
 }
 
@@ -304,15 +304,4 @@ bool continues(std::string_view text) {
   return quoted || open > 0;
 }
 
-std::string to_text(const Stamp& stamp) { return fmt::format("{} {:.6f}", stamp.count, stamp.time_s); }
-
-Result<Stamp> parse_stamp(std::string_view text) {
-  const Result<Bottle> bottle = parse_bottle(text, {16, 2});
-  if (!bottle) return bottle.error();
-  if (bottle->size() != 2 || !(*bottle)[0].is_integer() || !(*bottle)[1].is_number()) {
-    return Error{ErrorCode::kInvalidArgument, "a stamp is a count and a time in seconds"};
-  }
-  return Stamp{(*bottle)[0].integer, (*bottle)[1].as_number()};
-}
-
-}  // namespace nido::yarp
+}  // namespace nido
