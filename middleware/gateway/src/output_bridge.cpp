@@ -5,8 +5,10 @@
 #include <mutex>
 
 #include "bridges.h"
+#include "nido/middleware/image_port.h"
 #include "nido/textproto/control_board_text.h"
 #include "nido/textproto/text_value.h"
+#include "nido/yarp/image.h"
 
 namespace nido::gateway {
 namespace {
@@ -61,6 +63,36 @@ class ModePoller {
   std::shared_ptr<Modes> modes_ = std::make_shared<Modes>();
   std::atomic<bool> stops_ = false;
   std::thread thread_;
+};
+
+// Pictures as they are sent. The memory of one that has been sent is used for the next: new memory for each
+// would cost more than what is done with it. Thread-safe.
+class Pictures : public std::enable_shared_from_this<Pictures> {
+ public:
+  std::shared_ptr<const yarp::Content> of(const ImageView& view) {
+    std::unique_ptr<yarp::Content> content = take();
+    yarp::encode_image(static_cast<int>(view.width), static_cast<int>(view.height), view.pixels, view.step,
+                       content->refill());
+    return {content.release(), [pictures = shared_from_this()](const yarp::Content* sent) {
+              pictures->give_back(std::unique_ptr<yarp::Content>(const_cast<yarp::Content*>(sent)));
+            }};
+  }
+
+ private:
+  static constexpr std::size_t kKept = 8;
+  std::unique_ptr<yarp::Content> take() {
+    const std::lock_guard lock(mutex_);
+    if (kept_.empty()) return std::make_unique<yarp::Content>(yarp::Content::of_bytes({}));
+    std::unique_ptr<yarp::Content> content = std::move(kept_.back());
+    kept_.pop_back();
+    return content;
+  }
+  void give_back(std::unique_ptr<yarp::Content> content) {
+    const std::lock_guard lock(mutex_);
+    if (kept_.size() < kKept) kept_.push_back(std::move(content));
+  }
+  std::mutex mutex_;
+  std::vector<std::unique_ptr<yarp::Content>> kept_;
 };
 
 class OutputBridge final : public Bridge {
@@ -118,9 +150,15 @@ class OutputBridge final : public Bridge {
   }
 
   void take() {
-    if (thread_.joinable()) return;
-    auto input = context_.node.open_raw_input(own_name(context_.node, name_, ":i"), type_.type, profile_,
-                                              profile_ == Profile::kSensor ? 4 : kMessagesKept);
+    if (input_) return;
+    const std::string own = own_name(context_.node, name_, ":i");
+    const bool pictures = type_.name == "sensor_msgs/msg/Image";
+    auto input = pictures ? open_image_input(context_.node, own, profile_,
+                                             [this](const ImageView& view, const Arrival& arrival) {
+                                               publish_picture(view, arrival.sequence);
+                                             })
+                          : context_.node.open_raw_input(own, type_.type, profile_,
+                                                         profile_ == Profile::kSensor ? 4 : kMessagesKept);
     if (!input) {
       context_.node.log_warning(fmt::format("{}: {}", name_, input.error().message));
       return;
@@ -130,13 +168,12 @@ class OutputBridge final : public Bridge {
       context_.node.log_warning(fmt::format("{}: {}", name_, connected.error().message));
     }
     stops_ = false;
-    thread_ = std::thread([this] { forward(); });
+    if (!pictures) thread_ = std::thread([this] { forward(); });
   }
 
   void take_no_more() {
-    if (!thread_.joinable()) return;
     stops_ = true;
-    thread_.join();
+    if (thread_.joinable()) thread_.join();
     input_.reset();
   }
 
@@ -155,12 +192,34 @@ class OutputBridge final : public Bridge {
     for (std::size_t i = 0; i < views_.size(); ++i) {
       if ((*readers_)[i] == 0) continue;
       const View& view = views_[i];
-      const yarp::Stamp stamp{static_cast<std::int64_t>(received.sequence & 0x7fffffffU),
-                              view.time_s(received.message.get())};
-      context_.ports.publish(view.name,
-                             std::make_shared<const yarp::Content>(view.content(received.message.get())),
-                             yarp::to_text(stamp));
+      publish_as(view, std::make_shared<const yarp::Content>(view.content(received.message.get())),
+                 received.sequence, view.time_s(received.message.get()));
     }
+    note_unsent();
+  }
+
+  // all views of a picture show the same
+  void publish_picture(const ImageView& view, std::uint64_t sequence) {
+    if (*unsent_ >= kMostUnsent || view.encoding != "rgb8" || view.step < view.width * 3 ||
+        view.pixels.size() < std::size_t{view.step} * view.height) {
+      return;
+    }
+    const std::shared_ptr<const yarp::Content> content = pictures_->of(view);
+    for (std::size_t i = 0; i < views_.size(); ++i) {
+      if ((*readers_)[i] > 0) {
+        publish_as(views_[i], content, sequence, static_cast<double>(view.time.ns) * 1e-9);
+      }
+    }
+    note_unsent();
+  }
+
+  void publish_as(const View& view, std::shared_ptr<const yarp::Content> content, std::uint64_t sequence,
+                  double time_s) {
+    const yarp::Stamp stamp{static_cast<std::int64_t>(sequence & 0x7fffffffU), time_s};
+    context_.ports.publish(view.name, std::move(content), yarp::to_text(stamp));
+  }
+
+  void note_unsent() {
     ++*unsent_;
     context_.loop.post([unsent = unsent_] { --*unsent; });
   }
@@ -197,6 +256,7 @@ class OutputBridge final : public Bridge {
   std::vector<View> views_;
   std::unique_ptr<std::array<std::atomic<std::size_t>, 4>> readers_;  // of each view
   std::shared_ptr<std::atomic<int>> unsent_ = std::make_shared<std::atomic<int>>(0);
+  const std::shared_ptr<Pictures> pictures_ = std::make_shared<Pictures>();
   std::unique_ptr<RawInput> input_;
   std::atomic<bool> stops_ = false;
   std::thread thread_;

@@ -12,6 +12,7 @@
 #include "nido/yarp/event_loop.h"
 #include "nido/yarp/port_host.h"
 #include "nido/yarp/stream.h"
+#include "outgoing.h"
 #include "sockets.h"
 
 namespace nido::yarp {
@@ -112,8 +113,7 @@ class InConnection {
   Fd fd_;
   std::optional<DatagramReader> datagrams_;
   SteadyTime deadline_;
-  std::string out_;
-  std::size_t out_at_ = 0;
+  Outgoing out_;
   SendQueue queue_;
   Held held_;
   bool opened_ = false;
@@ -165,8 +165,7 @@ class OutConnection {
   std::function<void(Status)> done_;
   SendQueue queue_;
   Held held_;
-  std::string out_;
-  std::size_t out_at_ = 0;
+  Outgoing out_;
   bool awaits_ack_ = false;
   int refused_datagrams_ = 0;
 };

@@ -27,6 +27,11 @@ const std::string& Content::text() const {
   return *text_;
 }
 
+std::string& Content::refill() {
+  text_.reset();
+  return *encoded_[0];
+}
+
 Result<Decoded> Incoming::content() const {
   if (!is_text) return decode_any(bytes, dialect);
   Result<Bottle> bottle = parse_bottle(bytes);

@@ -39,26 +39,32 @@ Error wrong(std::string what) { return {ErrorCode::kInvalidArgument, std::move(w
 }  // namespace
 
 std::string encode_image(const Image& image) {
-  const std::size_t row = static_cast<std::size_t>(image.width) * 3;
-  const std::size_t step = padded(row, kQuantum);
-  const auto size = static_cast<std::int32_t>(step * static_cast<std::size_t>(image.height));
   std::string out;
+  encode_image(image.width, image.height, image.rgb, static_cast<std::size_t>(image.width) * 3, out);
+  return out;
+}
+
+void encode_image(int width, int height, std::span<const std::uint8_t> pixels, std::size_t step,
+                  std::string& out) {
+  const std::size_t row = static_cast<std::size_t>(width) * 3;
+  const std::size_t padding = padded(row, kQuantum) - row;
+  const auto size = static_cast<std::int32_t>((row + padding) * static_cast<std::size_t>(height));
+  out.clear();
   out.reserve(kHeaderBytes + static_cast<std::size_t>(size));
   for (const std::int32_t word :
-       {256, 4, 9, code("mat\0"), 9, kRgb, 257, 5, 3, size, kQuantum, static_cast<std::int32_t>(image.width),
-        static_cast<std::int32_t>(image.height), 12, size}) {
+       {256, 4, 9, code("mat\0"), 9, kRgb, 257, 5, 3, size, kQuantum, static_cast<std::int32_t>(width),
+        static_cast<std::int32_t>(height), 12, size}) {
     put(out, word);
   }
-  const char* pixels = reinterpret_cast<const char*>(image.rgb.data());
-  if (step == row) {
-    out.append(pixels, static_cast<std::size_t>(size));
-    return out;
+  const char* from = reinterpret_cast<const char*>(pixels.data());
+  if (padding == 0 && step == row) {
+    out.append(from, static_cast<std::size_t>(size));
+    return;
   }
-  for (int i = 0; i < image.height; ++i, pixels += row) {
-    out.append(pixels, row);
-    out.append(step - row, '\0');
+  for (int i = 0; i < height; ++i, from += step) {
+    out.append(from, row);
+    out.append(padding, '\0');
   }
-  return out;
 }
 
 Status decode_image(std::string_view bytes, Image& image) {

@@ -98,7 +98,7 @@ void InConnection::read_datagrams() {
 void InConnection::handle_events() {
   if (handling_) return;
   handling_ = true;
-  while (!busy_ && !ended_ && !is_reversed && !finishing_ && out_.size() - out_at_ < kMostUnsent) {
+  while (!busy_ && !ended_ && !is_reversed && !finishing_ && out_.left() < kMostUnsent) {
     std::optional<Event> event = stream.next();
     if (!event) break;
     busy_ = true;
@@ -120,7 +120,6 @@ void InConnection::accept(const std::string& its_sender, int own_port, const std
   loop_.unwatch(fd_.get());
   fd_ = std::move(*datagrams);
   out_.clear();
-  out_at_ = 0;
   datagrams_.emplace();
   busy_ = false;
   if (!start()) end("no datagrams can be had");
@@ -141,7 +140,7 @@ void InConnection::send(const std::string& bytes) {
     [[maybe_unused]] const ssize_t count = ::send(fd_.get(), bytes.data(), bytes.size(), MSG_NOSIGNAL);
     return;
   }
-  out_ += bytes;
+  out_.add(bytes);
   flush();
 }
 
@@ -149,7 +148,7 @@ void InConnection::finish(const std::string& farewell) {
   finishing_ = true;
   busy_ = false;
   send(farewell);
-  if (!ended_ && (out_.empty() || far_end_closed_)) end("finished");
+  if (!ended_ && (out_.is_empty() || far_end_closed_)) end("finished");
 }
 
 void InConnection::reverse() {
@@ -164,28 +163,19 @@ void InConnection::give(const std::shared_ptr<const Content>& content, const std
 }
 
 void InConnection::pump() {
-  while (!ended_ && out_.empty()) {
-    const std::optional<SendQueue::Item> item = queue_.pop();
+  while (!ended_ && !far_end_closed_ && out_.is_empty()) {
+    std::optional<SendQueue::Item> item = queue_.pop();
     if (!item) return;
-    const bool text = is_text(stream.carrier());
-    send(message(stream.carrier(), text ? item->content->text() : item->content->bytes(dialect),
-                 item->envelope, false));
+    out_.add(stream.carrier(), std::move(item->content), dialect, item->envelope);
+    flush();
   }
 }
 
 void InConnection::flush() {
-  while (out_at_ < out_.size()) {
-    const ssize_t count = ::send(fd_.get(), out_.data() + out_at_, out_.size() - out_at_, MSG_NOSIGNAL);
-    if (count < 0) {
-      if (errno == EAGAIN || errno == EINTR) return watch_again();
-      return end(std::strerror(errno));
-    }
-    out_at_ += static_cast<std::size_t>(count);
+  if (const int failed = out_.send_to(fd_.get()); failed != 0) {
+    if (failed == EAGAIN) return watch_again();
+    return end(std::strerror(failed));
   }
-  // a picture's room is kept for the next one only where pictures are given
-  out_.clear();
-  if (out_.capacity() > kMostUnsent && !is_reversed) out_.shrink_to_fit();
-  out_at_ = 0;
   if (finishing_) return end("finished");
   if (is_reversed) pump();
   if (ended_) return;
@@ -194,13 +184,14 @@ void InConnection::flush() {
 }
 
 void InConnection::watch_again() {
-  if (const std::size_t before = held_.bytes(), now = stream.held_bytes() + out_.capacity(); now != before) {
+  if (const std::size_t before = held_.bytes(), now = stream.held_bytes() + out_.held_bytes();
+      now != before) {
     held_.set(now);
     if (now > before) owner_.on_held();
   }
   if (!fd_.is_open() || far_end_closed_) return;
-  const bool unread = out_.size() - out_at_ >= kMostUnsent;
-  loop_.change(fd_.get(), is_reversed || finishing_ || (stream.hungry() && !unread), out_at_ < out_.size());
+  const bool unread = out_.left() >= kMostUnsent;
+  loop_.change(fd_.get(), is_reversed || finishing_ || (stream.hungry() && !unread), !out_.is_empty());
 }
 
 }  // namespace nido::yarp

@@ -49,7 +49,7 @@ void OutConnection::end(const std::string& reason) {
     const std::string last = goodbye(carrier);
     if (carrier == Carrier::kUdp) {
       send_datagrams(last);
-    } else if (out_.empty()) {
+    } else if (out_.is_empty()) {
       [[maybe_unused]] const ssize_t count = send(fd_.get(), last.data(), last.size(), MSG_NOSIGNAL);
     }
   }
@@ -64,7 +64,7 @@ void OutConnection::happened(EventLoop::Happened what) {
   if (state_ == State::kConnecting && (what.writable || what.broken)) {
     if (const Status outcome = connect_outcome(fd_.get()); !outcome) return end(outcome.error().message);
     state_ = State::kGreeting;
-    out_ = greeting(carrier, port);
+    out_.add(greeting(carrier, port));
     flush();
   } else if (what.writable) {
     flush();
@@ -136,18 +136,15 @@ void OutConnection::give(const std::shared_ptr<const Content>& content, const st
 }
 
 void OutConnection::pump() {
-  while (state_ == State::kReady && !awaits_ack_ && out_.empty()) {
-    const std::optional<SendQueue::Item> item = queue_.pop();
+  while (state_ == State::kReady && !awaits_ack_ && out_.is_empty()) {
+    std::optional<SendQueue::Item> item = queue_.pop();
     if (!item) return;
-    const std::string_view bytes = is_text(carrier) ? item->content->text() : item->content->bytes(dialect_);
-    std::string framed = message(carrier, bytes, item->envelope, false);
     if (carrier == Carrier::kUdp) {
-      send_datagrams(framed);
+      send_datagrams(message(carrier, item->content->bytes(dialect_), item->envelope, false));
       continue;
     }
-    out_ = std::move(framed);
-    out_at_ = 0;
-    held_.set(out_.capacity());
+    out_.add(carrier, std::move(item->content), dialect_, item->envelope);
+    held_.set(out_.held_bytes());
     owner_.on_held();
     awaits_ack_ = has_ack(carrier);
     flush();
@@ -173,19 +170,12 @@ void OutConnection::flush() {
     if (refused_datagrams_ >= kMostRefusedDatagrams) end("nobody takes the datagrams");
     return;
   }
-  while (out_at_ < out_.size()) {
-    const ssize_t count = send(fd_.get(), out_.data() + out_at_, out_.size() - out_at_, MSG_NOSIGNAL);
-    if (count < 0) {
-      if (errno == EAGAIN || errno == EINTR) {
-        loop_.change(fd_.get(), true, true);
-        return;
-      }
-      return end(std::strerror(errno));
-    }
-    out_at_ += static_cast<std::size_t>(count);
+  if (const int failed = out_.send_to(fd_.get()); failed != 0) {
+    if (failed != EAGAIN) return end(std::strerror(failed));
+    loop_.change(fd_.get(), true, true);
+    return;
   }
-  out_.clear();
-  out_at_ = 0;
+  held_.set(out_.held_bytes());
   loop_.change(fd_.get(), true, false);
   // the text carrier without acknowledgements does not wait for a welcome
   if (state_ == State::kGreeting && carrier == Carrier::kText) {

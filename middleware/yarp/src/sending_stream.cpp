@@ -13,18 +13,16 @@ constexpr std::int32_t kWantsAck = 128;
 constexpr std::size_t kDatagramBytes = 65'507;  // of UDP over IPv4
 constexpr std::size_t kDatagramHeaderBytes = 8;
 
-// one block of a message, with the index before it
-std::string framed(std::string_view command, std::string_view content) {
+// the index of a message and its command; so many bytes follow
+std::string framed(std::string_view command, std::size_t content_bytes) {
   std::string out = yarp_number(kIndexBytes);
-  out.reserve(out.size() + kIndexBytes + 12 + command.size() + content.size());
   out += '\x02';  // blocks: the command and the content
   out += '\x01';  // outputs
   out.append(8, '\xff');
   put(out, static_cast<std::int32_t>(command.size()));
-  put(out, static_cast<std::int32_t>(content.size()));
+  put(out, static_cast<std::int32_t>(content_bytes));
   put(out, std::int32_t{0});
   out += command;
-  out += content;
   return out;
 }
 
@@ -57,22 +55,27 @@ std::string greeting(Carrier carrier, const std::string& own_name) {
   return out + own_name + '\0';
 }
 
-std::string message(Carrier carrier, std::string_view content, std::string_view envelope, bool wants_reply) {
+std::string message_head(std::size_t content_bytes, std::string_view envelope, bool wants_reply) {
   const char letter = wants_reply ? 'd' : 'D';
-  std::string command(1, letter);
+  if (envelope.empty()) return framed(command_of(letter), content_bytes);
+  return framed(command_of(std::string(1, letter) + ' ' + std::string(envelope)), content_bytes);
+}
+
+std::string message(Carrier carrier, std::string_view content, std::string_view envelope, bool wants_reply) {
+  if (!is_text(carrier)) return message_head(content.size(), envelope, wants_reply) += content;
+  std::string command(1, wants_reply ? 'd' : 'D');
   if (!envelope.empty()) command += ' ' + std::string(envelope);
-  if (is_text(carrier)) return command + "\r\n" + std::string(content) + "\r\n";
-  return framed(envelope.empty() ? command_of(letter) : command_of(command), content);
+  return command + "\r\n" + std::string(content) + "\r\n";
 }
 
 std::string admin_message(Carrier carrier, std::string_view content) {
   if (is_text(carrier)) return "a\r\n" + std::string(content) + "\r\n";
-  return framed(command_of('a'), content);
+  return framed(command_of('a'), content.size()) += content;
 }
 
 std::string goodbye(Carrier carrier) {
   if (is_text(carrier)) return "q\r\n";
-  return framed(command_of(std::string("q")), {});
+  return framed(command_of(std::string("q")), 0);
 }
 
 std::optional<std::string> AnswerReader::take_line() {

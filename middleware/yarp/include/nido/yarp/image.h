@@ -1,5 +1,8 @@
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -12,6 +15,9 @@ namespace nido::yarp {
 // A colour picture as YARP's images travel: a header of 60 bytes, then rows from the top, each padded to a
 // multiple of 8 bytes. The quantum is written as the plain number 8, which readers of every version take.
 [[nodiscard]] std::string encode_image(const Image& image);
+// The same of rows of rgb that are `step` bytes apart, into a string whose memory is used again.
+void encode_image(int width, int height, std::span<const std::uint8_t> pixels, std::size_t step,
+                  std::string& out);
 // Reads rgb, bgr, rgba, bgra and mono; other pixels are refused, and so are sizes that do not fit the bytes.
 // Rows are taken from the top: the flag beside the quantum, which some versions write, means different things
 // in different versions. The stamp is left alone.

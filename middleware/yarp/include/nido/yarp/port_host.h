@@ -25,6 +25,8 @@ class Content {
   // A vector of numbers, without the detour over a Bottle for dialect 3.
   [[nodiscard]] const std::string& bytes(Dialect dialect) const;
   [[nodiscard]] const std::string& text() const;
+  // The bytes of one that was made of bytes, to be written anew: nobody else may hold it.
+  [[nodiscard]] std::string& refill();
 
  private:
   Content() = default;

@@ -129,7 +129,10 @@ class ReceivingStream {
 // One message. Binary carriers: `content` is the object; text carriers: a line.
 [[nodiscard]] std::string message(Carrier carrier, std::string_view content, std::string_view envelope,
                                   bool wants_reply);
-// The same for an administrative command.
+// What stands before the content of a message of a binary carrier.
+[[nodiscard]] std::string message_head(std::size_t content_bytes, std::string_view envelope,
+                                       bool wants_reply);
+// The same as message() for an administrative command.
 [[nodiscard]] std::string admin_message(Carrier carrier, std::string_view content);
 // The last bytes of a connection.
 [[nodiscard]] std::string goodbye(Carrier carrier);
