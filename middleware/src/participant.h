@@ -74,6 +74,11 @@ class Participant {
   // True if a lane can lead to this endpoint: it is nido's, on this machine.
   [[nodiscard]] bool is_near(const Guid& endpoint) const;
 
+  // To be held while an endpoint is made or deleted: Fast DDS 2.9.1 keeps lists of a participant's endpoints
+  // (those of its WLP) that two threads may not change at once.
+  [[nodiscard]] std::unique_lock<std::mutex> one_endpoint_at_a_time() {
+    return std::unique_lock<std::mutex>(making_mutex_);
+  }
   // The listener of an endpoint that is no more, which DDS may still be calling: kept until many more have
   // come, or the participant is gone.
   void keep_closed(std::shared_ptr<void> listener);
@@ -103,6 +108,7 @@ class Participant {
   std::vector<std::weak_ptr<ChangeSignal>> watchers_;
   std::deque<std::shared_ptr<void>> closed_;
 
+  std::mutex making_mutex_;
   std::mutex lanes_mutex_;
   std::shared_ptr<LaneServer> lanes_;
 };

@@ -170,8 +170,11 @@ Result<std::unique_ptr<Reader>> Reader::open(std::shared_ptr<Participant> partic
                                            type.dds_name, self->participant_->lane_place()}));
   self->listener_ =
       std::make_shared<Listener>(*self->participant_, loop ? loop : lanes->receiving(), type, events);
-  self->reader_ =
-      self->participant_->subscriber()->create_datareader(self->topic_, qos, self->listener_.get());
+  {
+    const auto making = self->participant_->one_endpoint_at_a_time();
+    self->reader_ =
+        self->participant_->subscriber()->create_datareader(self->topic_, qos, self->listener_.get());
+  }
   if (self->reader_ == nullptr) {
     return cannot_open(*self->participant_, port_name, topic, type);
   }
@@ -187,7 +190,10 @@ Reader::~Reader() {
   }
   if (reader_ != nullptr) {
     reader_->set_listener(nullptr);
-    participant_->subscriber()->delete_datareader(reader_);
+    {
+      const auto making = participant_->one_endpoint_at_a_time();
+      participant_->subscriber()->delete_datareader(reader_);
+    }
     participant_->remove_endpoint(guid_);
     participant_->keep_closed(std::move(listener_));
   }

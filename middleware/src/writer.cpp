@@ -204,8 +204,11 @@ Result<std::unique_ptr<Writer>> Writer::open(std::shared_ptr<Participant> partic
   const dds::TypeSupport support(type.make_support());
   self->listener_ =
       std::make_shared<Listener>(*self->participant_, lanes->sending(), quality.transient_local, support);
-  self->writer_ =
-      self->participant_->publisher()->create_datawriter(self->topic_, qos, self->listener_.get());
+  {
+    const auto making = self->participant_->one_endpoint_at_a_time();
+    self->writer_ =
+        self->participant_->publisher()->create_datawriter(self->topic_, qos, self->listener_.get());
+  }
   if (self->writer_ == nullptr) {
     return cannot_open(*self->participant_, port_name, topic, type);
   }
@@ -235,7 +238,10 @@ Writer::~Writer() {
   }
   if (writer_ != nullptr) {
     writer_->set_listener(nullptr);
-    participant_->publisher()->delete_datawriter(writer_);
+    {
+      const auto making = participant_->one_endpoint_at_a_time();
+      participant_->publisher()->delete_datawriter(writer_);
+    }
     participant_->remove_endpoint(guid_);
     participant_->keep_closed(std::move(listener_));
   }

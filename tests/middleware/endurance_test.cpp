@@ -35,7 +35,7 @@ struct Footprint {
   std::size_t files = 0;  // open ones but for `pool`
   std::size_t pool = 0;   // memory that outputs share with inputs, to be used again
   std::size_t threads = 0;
-  std::size_t memory_kb = 0;     // resident
+  std::size_t memory_kb = 0;     // resident, of its own
   std::set<std::string> shared;  // in /dev/shm
   std::set<std::string> names;   // of the test's domain, sockets in the abstract namespace
 };
@@ -49,10 +49,10 @@ Footprint own_footprint() {
     ++(file.find("nido-lane") == std::string::npos ? now.files : now.pool);
   }
   now.threads = entries_of("/proc/self/task");
-  std::size_t pages = 0;
-  std::ifstream statm("/proc/self/statm");
-  statm >> pages >> pages;
-  now.memory_kb = pages * static_cast<std::size_t>(sysconf(_SC_PAGESIZE)) / 1024;
+  std::ifstream status("/proc/self/status");
+  for (std::string word; status >> word && word != "RssAnon:";) {
+  }
+  status >> now.memory_kb;
   for (const auto& entry : std::filesystem::directory_iterator("/dev/shm")) {
     now.shared.insert(entry.path().filename());
   }

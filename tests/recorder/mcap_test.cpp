@@ -7,6 +7,7 @@
 #include <random>
 
 #include "contents.h"
+#include "mcap_core.h"
 #include "nido/recorder/idl_text.h"
 #include "nido/recorder/mcap_reader.h"
 #include "nido/recorder/mcap_writer.h"
@@ -337,6 +338,26 @@ TEST(Mcap, TroubleIsSaidInASentence) {
   auto full = Writer::create("/dev/full");
   ASSERT_FALSE(full.ok());
   EXPECT_NE(full.error().message.find("No space"), std::string::npos) << full.error().message;
+}
+
+TEST(Mcap, EveryTypesTextIsUnderstoodByOthers) {
+  const TempFolder folder;
+  const std::string file = (folder.path() / "a.mcap").string();
+  auto writer = Writer::create(file);
+  ASSERT_TRUE(writer.ok());
+  const auto types = idl_types();
+  EXPECT_GT(types.size(), 20U);
+  for (const auto type : types) {
+    const auto schema =
+        (*writer)->add_schema({0, scoped_name_of(type), "omgidl", std::string(idl_text_of(type))});
+    ASSERT_TRUE(schema.ok());
+    ASSERT_TRUE((*writer)->add_channel({0, *schema, "/" + std::string(type), "cdr", {}}).ok());
+  }
+  ASSERT_TRUE((*writer)->close().ok());
+  const auto view = test::view_with_mcap_core(file);
+  if (!view.absent.empty()) GTEST_SKIP() << view.absent;
+  EXPECT_EQ(view.complaint, "");
+  EXPECT_EQ(view.contents["schemas"], types.size());
 }
 
 TEST(Mcap, EveryTypeHasItsText) {

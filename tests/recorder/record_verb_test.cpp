@@ -10,6 +10,7 @@
 
 #include "../cli/tool.h"
 #include "contents.h"
+#include "mcap_core.h"
 #include "nido/middleware/node.h"
 #include "nido/recorder/raw_message.h"
 #include "temp_folder.h"
@@ -118,6 +119,35 @@ TEST(RecordVerb, AKilledRecorderLeavesAFileThatReads) {
   Program player(NIDO,
                  in_domain({"replay", file, "--rate", "max", "--name", "player", "--except", "/source/*"}));
   EXPECT_EQ(player.wait().code, 3);  // no port is left
+}
+
+TEST(RecordVerb, TheLibraryOfOthersReadsARecordingAndWhatAKilledOneLeft) {
+  const TempFolder folder;
+  for (const int signal : {SIGINT, SIGKILL}) {
+    const std::string file = (folder.path() / (std::to_string(signal) + ".mcap")).string();
+    Program recorder(NIDO, in_domain({"record", "-o", file, "/source/*"}));
+    auto writer = source({"joints=1500", "images=5", "texts=1500"});
+    ASSERT_TRUE(writer.wait_for("all written")) << writer.out() << writer.err() << recorder.err();
+    recorder.signal(signal);
+    recorder.wait();
+    const auto view = view_with_mcap_core(file);
+    if (!view.absent.empty()) GTEST_SKIP() << view.absent;
+    ASSERT_EQ(view.complaint, "");
+    EXPECT_EQ(view.contents["is_indexed"], signal == SIGINT);
+    const auto& topics = view.contents["topics"];
+    const std::size_t least = signal == SIGINT ? 1500 : 900;
+    EXPECT_GE(topics["/source/text:o"]["count"], least);
+    EXPECT_GE(topics["/source/joints:o"]["count"], least);
+    EXPECT_EQ(topics["/source/text:o"]["first"]["data"], "text 0");
+    EXPECT_EQ(topics["/source/joints:o"]["type"], "sensor_msgs::msg::JointState");
+    EXPECT_EQ(topics["/source/joints:o"]["first"]["position"]["length"], 53);
+    EXPECT_EQ(topics["/source/left:o"]["count"], 5);
+    EXPECT_EQ(topics["/source/left:o"]["first"]["width"], 640);
+    EXPECT_EQ(topics["/source/left:o"]["first"]["data"]["length"], 640 * 480 * 3);
+    if (signal == SIGINT) {
+      EXPECT_EQ(view.contents["metadata"]["nido.losses"]["total"], "0");
+    }
+  }
 }
 
 TEST(RecordVerb, LossIsInTheFileAndInTheExitCode) {

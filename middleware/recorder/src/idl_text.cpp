@@ -27,6 +27,12 @@ std::string_view idl_text_of(std::string_view ros_name) {
   return {};
 }
 
+std::vector<std::string_view> idl_types() {
+  std::vector<std::string_view> names;
+  for (const IdlText& one : kIdlTexts) names.push_back(one.name);
+  return names;
+}
+
 std::string scoped_name_of(std::string_view ros_name) { return replaced(ros_name, "/", "::"); }
 std::string ros_name_of(std::string_view scoped_name) { return replaced(scoped_name, "::", "/"); }
 

@@ -2,24 +2,14 @@
 #include <atomic>
 #include <thread>
 
+#include "bench_node.h"
 #include "image_way.h"
 #include "nido/middleware/image_port.h"
-#include "nido/middleware/node.h"
 #include "nido/middleware/typed_port.h"
 
 namespace nido::bench {
 
 namespace {
-
-constexpr double kPatience_s = 20.0;
-
-Result<std::unique_ptr<Node>> make_node(const std::string& name, int domain) {
-  NodeOptions options;
-  options.name = name;
-  options.domain = domain;
-  options.handle_signals = false;
-  return Node::create(std::move(options));
-}
 
 // Painted where it is read.
 class Source final : public ImageSource {

@@ -5,7 +5,6 @@
 #include <sys/mman.h>
 #include <sys/socket.h>
 #include <sys/syscall.h>
-#include <sys/un.h>
 #include <unistd.h>
 
 #include <array>
@@ -15,6 +14,7 @@
 
 #include "child.h"
 #include "image_way.h"
+#include "unix_address.h"
 
 namespace nido::bench {
 
@@ -105,17 +105,6 @@ Status receive_ring(int /*domain*/, const std::string& address, const ImageSink&
   return {};
 }
 
-struct Address {
-  sockaddr_un value{};
-  socklen_t length = 0;
-  explicit Address(const std::string& name) {
-    value.sun_family = AF_UNIX;
-    std::memcpy(value.sun_path + 1, name.data(), name.size());
-    length = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + 1 + name.size());
-  }
-  [[nodiscard]] const sockaddr* get() const { return reinterpret_cast<const sockaddr*>(&value); }
-};
-
 class SocketSource final : public ImageSource {
  public:
   ~SocketSource() override {
@@ -125,7 +114,7 @@ class SocketSource final : public ImageSource {
   static Result<std::unique_ptr<ImageSource>> make(int /*domain*/) {
     auto self = std::make_unique<SocketSource>();
     self->listener_ = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
-    const Address address(self->address());
+    const UnixAddress address(self->address());
     if (bind(self->listener_, address.get(), address.length) != 0 || listen(self->listener_, 1) != 0) {
       return Error{ErrorCode::kFailed, std::string("a Unix socket cannot be made: ") + std::strerror(errno)};
     }
@@ -154,7 +143,7 @@ class SocketSource final : public ImageSource {
 Status receive_socket(int /*domain*/, const std::string& name, const ImageSink& sink,
                       const std::function<void()>& wait) {
   const int fd = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
-  const Address address(name);
+  const UnixAddress address(name);
   if (::connect(fd, address.get(), address.length) != 0) {
     return Error{ErrorCode::kNotFound, "the sending process is not there"};
   }

@@ -28,6 +28,7 @@ struct PingPongKind {
   std::string who;
   std::string metric;  // "rtt", "rpc"
   std::string absent;  // why this build does not have it
+  // Error kUnsupported: this machine does not have it, the others go on without it.
   std::function<Result<std::unique_ptr<PingPong>>(int domain)> ask;
   // Answers until the parent process closes its end.
   std::function<Status(int domain, const std::string& address)> answer;
@@ -38,6 +39,8 @@ PingPongKind nido_service();
 PingPongKind plain_fast_dds();
 PingPongKind cyclone_dds();
 PingPongKind zeromq_tcp();
+PingPongKind ros_1();
+PingPongKind ignition_transport();
 PingPongKind unix_socket();
 
 // Measures these against each other, in turns; both processes' `main`. Ratios are printed of the first kind

@@ -55,6 +55,10 @@ int ping_pong_main(int argc, char** argv, const std::string& bench, const std::v
     Contender contender;
     contender.kind = &kind;
     auto ask = kind.ask(options.domain);
+    if (!ask && ask.error().code == ErrorCode::kUnsupported) {
+      report.leave_out(kind.who, ask.error().message);
+      continue;
+    }
     if (!ask) {
       return exit_code(ask.error());
     }

@@ -1,22 +1,12 @@
 // Round trips through nido: two ports, or a service.
+#include "bench_node.h"
 #include "child.h"
 #include "nido/middleware/direct_port.h"
-#include "nido/middleware/node.h"
 #include "ping_pong.h"
 
 namespace nido::bench {
 
 namespace {
-
-constexpr double kPatience_s = 20.0;
-
-Result<std::unique_ptr<Node>> make_node(const std::string& name, int domain) {
-  NodeOptions options;
-  options.name = name;
-  options.domain = domain;
-  options.handle_signals = false;
-  return Node::create(std::move(options));
-}
 
 class PortAsker final : public PingPong {
  public:

@@ -1,6 +1,5 @@
 // Round trips through a bare Unix socket: what the system itself takes.
 #include <sys/socket.h>
-#include <sys/un.h>
 #include <unistd.h>
 
 #include <array>
@@ -8,21 +7,11 @@
 
 #include "child.h"
 #include "ping_pong.h"
+#include "unix_address.h"
 
 namespace nido::bench {
 
 namespace {
-
-struct Address {
-  sockaddr_un value{};
-  socklen_t length = 0;
-  explicit Address(const std::string& name) {
-    value.sun_family = AF_UNIX;
-    std::memcpy(value.sun_path + 1, name.data(), name.size());
-    length = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + 1 + name.size());
-  }
-  [[nodiscard]] const sockaddr* get() const { return reinterpret_cast<const sockaddr*>(&value); }
-};
 
 using Message = std::array<char, kMessage_bytes>;
 
@@ -35,7 +24,7 @@ class Asker final : public PingPong {
   static Result<std::unique_ptr<PingPong>> make(int /*domain*/) {
     auto self = std::make_unique<Asker>();
     self->listener_ = socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0);
-    const Address address(self->address());
+    const UnixAddress address(self->address());
     if (bind(self->listener_, address.get(), address.length) != 0 || listen(self->listener_, 1) != 0) {
       return Error{ErrorCode::kFailed, std::string("a Unix socket cannot be made: ") + std::strerror(errno)};
     }
@@ -61,7 +50,7 @@ class Asker final : public PingPong {
 
 Status answer(int /*domain*/, const std::string& name) {
   const int fd = socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0);
-  const Address address(name);
+  const UnixAddress address(name);
   if (::connect(fd, address.get(), address.length) != 0) {
     return Error{ErrorCode::kNotFound, "the asking process is not there"};
   }

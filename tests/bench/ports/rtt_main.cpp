@@ -4,5 +4,6 @@
 int main(int argc, char** argv) {
   using namespace nido::bench;
   return ping_pong_main(argc, argv, "rtt",
-                        {nido_port(), plain_fast_dds(), cyclone_dds(), zeromq_tcp(), unix_socket()});
+                        {nido_port(), plain_fast_dds(), cyclone_dds(), ros_1(), ignition_transport(),
+                         zeromq_tcp(), unix_socket()});
 }
