@@ -1,5 +1,7 @@
 #include "nido/middleware/parameter.h"
 
+#include <array>
+#include <charconv>
 #include <cmath>
 
 namespace nido {
@@ -10,6 +12,23 @@ std::string number_text(double value) {
   YAML::Emitter out;
   out << value;
   return out.c_str();
+}
+
+// 0.29999999999999999, as the library writes what was 0.3 in the code, is 0.3 again.
+YAML::Node shortened(const YAML::Node& value) {
+  if (value.IsScalar() && value.Scalar().size() > 16) {
+    const std::string& text = value.Scalar();
+    double number = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+    if (error != std::errc() || end != text.data() + text.size()) return value;
+    std::array<char, 32> shortest{};
+    const auto written = std::to_chars(shortest.data(), shortest.data() + shortest.size(), number);
+    return YAML::Node(std::string(shortest.data(), written.ptr));
+  }
+  if (!value.IsSequence()) return value;
+  YAML::Node list(YAML::NodeType::Sequence);
+  for (const auto& item : value) list.push_back(shortened(item));
+  return list;
 }
 
 void put(YAML::Node tree, const std::string& key, const YAML::Node& value) {
@@ -45,7 +64,7 @@ std::string parameter_text(const YAML::Node& value) {
   YAML::Emitter out;
   out.SetMapFormat(YAML::Flow);
   out.SetSeqFormat(YAML::Flow);
-  out << value;
+  out << shortened(value);
   return out.c_str();
 }
 

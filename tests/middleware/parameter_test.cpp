@@ -46,12 +46,14 @@ TEST(Parameters, AreDescribedToOthers) {
   auto node = make_node(options);
   auto other = make_node("other");
   ASSERT_TRUE(node->parameter<std::vector<int>>("camera.size", {320, 240}, {.unit = "px"}).ok());
+  ASSERT_TRUE(node->parameter<std::vector<double>>("weights", {0.1, 0.3}).ok());
   ASSERT_TRUE(node->live_parameter<double>("speed", 0.5, {"how fast it turns", "rad/s", 0, 2, {}}).ok());
   const std::string answer = ask(*other, "parameters");
   ASSERT_TRUE(answer.starts_with("[ok]\n")) << answer;
   const auto parameters = parse_parameters(answer.substr(5));
   ASSERT_TRUE(parameters.ok()) << parameters.error().message;
-  ASSERT_EQ(parameters->size(), 2U);
+  ASSERT_EQ(parameters->size(), 3U);
+  EXPECT_EQ((*parameters)[2].value, "[0.1, 0.3]");
   EXPECT_EQ((*parameters)[0].key, "camera.size");
   EXPECT_EQ((*parameters)[0].type, "list of int");
   EXPECT_EQ((*parameters)[0].value, "[640, 480]");
