@@ -291,6 +291,27 @@ void add_replay(Verbs& verbs, cli::ReplayRequest& request) {
   verb->callback([&] { throw CLI::RuntimeError(cli::replay(verbs.common, request)); });
 }
 
+void add_compare(CLI::App& root, cli::Common& common, cli::CompareRequest& request) {
+  auto* verb = root.add_subcommand("compare",
+                                   "say whether two recordings are the same, or where they begin to differ");
+  verb->footer(
+      "examples\n  nido compare monday.mcap tuesday.mcap\n"
+      "  nido compare a.mcap b.mcap '/icubSim/cam/*' --to 20\n"
+      "exit codes: 0 the same, 1 not the same");
+  verb->add_flag("--json", common.json, "print JSON");
+  verb->add_option("first", request.first, "a recording")->required()->type_name("FILE.mcap");
+  verb->add_option("second", request.second, "another one")->required()->type_name("FILE.mcap");
+  verb->add_option("port", request.ports, "ports, * and ? allowed; all but /log otherwise");
+  verb->add_option("--except", request.except, "ports that are left out")
+      ->expected(1)
+      ->take_all()
+      ->type_name("PORT");
+  verb->add_option("--to", request.to_s, "no further than this; to the end of the shorter one otherwise")
+      ->check(CLI::NonNegativeNumber)
+      ->type_name("SECONDS");
+  verb->callback([&] { throw CLI::RuntimeError(cli::compare(common, request)); });
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -343,6 +364,8 @@ int main(int argc, char** argv) {
   add_record(verbs, record);
   cli::ReplayRequest replay;
   add_replay(verbs, replay);
+  cli::CompareRequest compare;
+  add_compare(root, common, compare);
 
   std::string dashboard_port = "8080";
   auto* dashboard =

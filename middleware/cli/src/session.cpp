@@ -90,11 +90,15 @@ Result<std::shared_ptr<const AnyType>> type_named(const Session& session, const 
   return std::shared_ptr<const AnyType>();
 }
 
-Result<Session> join(const Common& common) {
+void catch_signals() {
   struct sigaction action {};
   action.sa_handler = on_signal;
   sigaction(SIGINT, &action, nullptr);
   sigaction(SIGTERM, &action, nullptr);
+}
+
+Result<Session> join(const Common& common) {
+  catch_signals();
   NodeOptions options;
   options.name = fmt::format("nido_{}", getpid());
   options.domain = common.domain;

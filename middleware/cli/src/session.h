@@ -16,7 +16,7 @@ namespace nido::cli {
 struct Common {
   int domain = 0;
   bool json = false;
-  double wait_s = 3.0;           // wall time that a thing is waited for
+  double wait_s = 3.0;                // wall time that a thing is waited for
   std::vector<std::string> idl = {};  // files that define message types
 };
 
@@ -25,12 +25,14 @@ struct Session {
   std::unique_ptr<Node> node;
   std::unique_ptr<Directory> directory;
 };
-// Joins. From here on Ctrl-C and SIGTERM only set interrupted().
+// Joins, and catches signals.
 Result<Session> join(const Common& common);
 // Waits until the picture of the directory has not changed for a while.
 void settle(Directory& directory);
 
-// Ctrl-C was pressed since join().
+// From here on Ctrl-C and SIGTERM only set interrupted(); join() does that, too.
+void catch_signals();
+// Ctrl-C was pressed since.
 bool interrupted();
 
 // Prints a failure as one sentence and returns its exit code.

@@ -62,6 +62,16 @@ struct ReplayRequest {
 };
 int replay(const Common& common, const ReplayRequest& request);
 
+// Are two recordings the same, and if not, where do they begin to differ?
+struct CompareRequest {
+  std::string first;
+  std::string second;
+  std::vector<std::string> ports;
+  std::vector<std::string> except;
+  double to_s = -1;  // < 0: to the end of the shorter one
+};
+int compare(const Common& common, const CompareRequest& request);
+
 struct ExperimentRequest {
   std::string name;
   std::string seed;    // empty: the experiment's own
