@@ -6,6 +6,7 @@
 #include <set>
 
 #include "bridges.h"
+#include "nido/yarp/secret_handshake.h"
 
 namespace nido::gateway {
 namespace {
@@ -94,13 +95,14 @@ Result<GatewayOptions> gateway_options(Node& node) {
   const auto host = node.parameter<std::string>("host", options.ports.host);
   const auto names_port = node.parameter<int>("names_port", options.ports.names_port);
   const auto names = node.parameter<std::string>("names", "auto");
+  const auto secret_file = node.parameter<std::string>("secret_file", "");
   const auto first_port = node.parameter<int>("first_port", 0);
   const auto dialect = node.parameter<int>("dialect", 3);
   const auto connections = node.parameter<int>("connections", static_cast<int>(options.ports.connections));
   for (const auto* number : {&names_port, &first_port, &dialect, &connections}) {
     if (!*number) return number->error();
   }
-  for (const auto* word : {&host, &names}) {
+  for (const auto* word : {&host, &names, &secret_file}) {
     if (!*word) return word->error();
   }
   const auto wrong = [](std::string what) { return Error{ErrorCode::kInvalidArgument, std::move(what)}; };
@@ -113,12 +115,17 @@ Result<GatewayOptions> gateway_options(Node& node) {
   if (*names != "auto" && *names != "serve" && *names != "register") {
     return wrong(fmt::format("names is '{}': auto, serve or register", *names));
   }
+  if (!secret_file->empty()) {
+    Result<std::string> secret = yarp::read_secret(*secret_file);
+    if (!secret) return secret.error();
+    options.ports.secret = std::move(*secret);
+  }
   options.ports.host = *host;
   options.ports.names_port = *names_port;
   options.ports.first_port = *first_port;
   options.ports.connections = static_cast<std::size_t>(*connections);
   options.ports.dialect = *dialect == 3 ? yarp::Dialect::k3 : yarp::Dialect::k4;
-  options.register_if_taken = *names == "auto";
+  options.register_if_taken = *names == "auto" && options.ports.secret.empty();
   options.ports.names =
       *names == "register" ? yarp::PortHostOptions::Names::kRegister : yarp::PortHostOptions::Names::kServe;
   return options;

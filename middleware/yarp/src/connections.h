@@ -11,6 +11,7 @@
 #include "held.h"
 #include "nido/yarp/event_loop.h"
 #include "nido/yarp/port_host.h"
+#include "nido/yarp/secret_handshake.h"
 #include "nido/yarp/stream.h"
 #include "outgoing.h"
 #include "sockets.h"
@@ -63,7 +64,7 @@ class ConnectionOwner {
 class InConnection {
  public:
   InConnection(std::uint64_t id, EventLoop& loop, ConnectionOwner& owner, Fd fd, std::string peer,
-               const StreamLimits& limits, std::size_t queue, SteadyTime deadline);
+               const StreamLimits& limits, std::size_t queue, SteadyTime deadline, const std::string& secret);
   ~InConnection();
 
   // Begins to listen; false when it cannot.
@@ -101,6 +102,8 @@ class InConnection {
  private:
   void happened(EventLoop::Happened what);
   void read_stream();
+  // whether the far end has shown that it knows the secret, if there is one; what it said after that
+  bool is_proven(std::string& bytes);
   void read_datagrams();
   void handle_events();
   void flush();
@@ -111,6 +114,9 @@ class InConnection {
   EventLoop& loop_;
   ConnectionOwner& owner_;
   Fd fd_;
+  std::optional<SecretHandshake> handshake_;  // until it is done
+  std::string handshake_bytes_;
+  const bool has_secret_;
   std::optional<DatagramReader> datagrams_;
   SteadyTime deadline_;
   Outgoing out_;
@@ -128,7 +134,8 @@ class InConnection {
 class OutConnection {
  public:
   OutConnection(std::uint64_t id, EventLoop& loop, ConnectionOwner& owner, std::string port, Contact target,
-                Carrier carrier, std::size_t queue, Dialect dialect, SteadyTime deadline);
+                Carrier carrier, std::size_t queue, Dialect dialect, SteadyTime deadline,
+                const std::string& secret);
   ~OutConnection();
 
   // Begins to connect. `done` is called once, with the outcome.
@@ -147,9 +154,10 @@ class OutConnection {
   const Carrier carrier;
 
  private:
-  enum class State { kConnecting, kGreeting, kReady, kEnded };
+  enum class State { kConnecting, kProving, kGreeting, kReady, kEnded };
   void happened(EventLoop::Happened what);
   void read();
+  void prove(std::string_view bytes);
   void on_welcome(int number);
   void flush();
   void pump();
@@ -159,6 +167,8 @@ class OutConnection {
   ConnectionOwner& owner_;
   Fd fd_;
   State state_ = State::kConnecting;
+  std::optional<SecretHandshake> handshake_;
+  std::string handshake_bytes_;
   AnswerReader answers_;
   const Dialect dialect_;
   SteadyTime deadline_;

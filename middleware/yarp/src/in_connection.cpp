@@ -17,23 +17,47 @@ constexpr std::size_t kMostUnsent = 256 * 1024;
 
 InConnection::InConnection(std::uint64_t its_id, EventLoop& loop, ConnectionOwner& owner, Fd fd,
                            std::string its_peer, const StreamLimits& limits, std::size_t queue,
-                           SteadyTime deadline)
+                           SteadyTime deadline, const std::string& secret)
     : id(its_id),
       peer(std::move(its_peer)),
       stream(limits),
       loop_(loop),
       owner_(owner),
       fd_(std::move(fd)),
+      has_secret_(!secret.empty()),
       deadline_(deadline),
       queue_(queue),
-      held_(owner.held_total()) {}
+      held_(owner.held_total()) {
+  if (has_secret_) handshake_.emplace(secret, SecretHandshake::End::kAccepts);
+}
 
 InConnection::~InConnection() {
   if (fd_.is_open()) loop_.unwatch(fd_.get());
 }
 
 bool InConnection::start() {
-  return loop_.watch(fd_.get(), true, false, [this](EventLoop::Happened what) { happened(what); }).ok();
+  if (!loop_.watch(fd_.get(), true, false, [this](EventLoop::Happened what) { happened(what); }))
+    return false;
+  if (handshake_) send(handshake_->begin());
+  return !ended_;
+}
+
+bool InConnection::is_proven(std::string& bytes) {
+  if (!handshake_) return true;
+  handshake_bytes_ += bytes;
+  std::string out;
+  const Status fed = handshake_->feed(handshake_bytes_, out);
+  if (!fed) {
+    busy_ = true;
+    owner_.on_event(id, Refused{fed.error().message, {}});
+    return false;
+  }
+  send(out);
+  if (ended_ || !handshake_->is_done()) return false;
+  handshake_.reset();
+  bytes = std::move(handshake_bytes_);
+  handshake_bytes_.clear();
+  return true;
 }
 
 void InConnection::end(const std::string& reason) {
@@ -71,7 +95,13 @@ void InConnection::read_stream() {
     }
     // who reads now has nothing to say any more, and who is being dismissed neither
     if (is_reversed || finishing_) continue;
-    stream.feed(std::string_view(bytes, static_cast<std::size_t>(count)));
+    if (handshake_) {
+      std::string got(bytes, static_cast<std::size_t>(count));
+      if (is_proven(got)) stream.feed(got);
+      if (ended_) return;
+    } else {
+      stream.feed(std::string_view(bytes, static_cast<std::size_t>(count)));
+    }
     handle_events();
     if (ended_ || datagrams_) return;
     if (static_cast<std::size_t>(count) < sizeof bytes) break;
@@ -112,6 +142,8 @@ void InConnection::accept(const std::string& its_sender, int own_port, const std
   opened_ = true;
   sender = its_sender;
   if (stream.carrier() != Carrier::kUdp) return answer(stream.welcome(its_sender, own_port));
+  // anybody can send datagrams: they show no secret
+  if (has_secret_) return finish({});
   // datagrams come on a socket of their own; the first one has no more to say
   Result<Fd> datagrams = open_udp(host, 0, {}, 0);
   if (!datagrams) return finish({});

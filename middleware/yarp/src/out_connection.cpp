@@ -15,7 +15,7 @@ constexpr int kMostRefusedDatagrams = 5;
 
 OutConnection::OutConnection(std::uint64_t its_id, EventLoop& loop, ConnectionOwner& owner,
                              std::string its_port, Contact its_target, Carrier its_carrier, std::size_t queue,
-                             Dialect dialect, SteadyTime deadline)
+                             Dialect dialect, SteadyTime deadline, const std::string& secret)
     : id(its_id),
       port(std::move(its_port)),
       target(std::move(its_target)),
@@ -26,7 +26,9 @@ OutConnection::OutConnection(std::uint64_t its_id, EventLoop& loop, ConnectionOw
       dialect_(dialect),
       deadline_(deadline),
       queue_(queue),
-      held_(owner.held_total()) {}
+      held_(owner.held_total()) {
+  if (!secret.empty()) handshake_.emplace(secret, SecretHandshake::End::kConnects);
+}
 
 OutConnection::~OutConnection() {
   if (fd_.is_open()) loop_.unwatch(fd_.get());
@@ -63,13 +65,26 @@ void OutConnection::end(const std::string& reason) {
 void OutConnection::happened(EventLoop::Happened what) {
   if (state_ == State::kConnecting && (what.writable || what.broken)) {
     if (const Status outcome = connect_outcome(fd_.get()); !outcome) return end(outcome.error().message);
-    state_ = State::kGreeting;
-    out_.add(greeting(carrier, port));
+    state_ = handshake_ ? State::kProving : State::kGreeting;
+    if (!handshake_) out_.add(greeting(carrier, port));
     flush();
   } else if (what.writable) {
     flush();
   }
   if (state_ != State::kEnded && (what.readable || what.broken)) read();
+}
+
+void OutConnection::prove(std::string_view bytes) {
+  handshake_bytes_ += bytes;
+  std::string out;
+  if (const Status fed = handshake_->feed(handshake_bytes_, out); !fed) return end(fed.error().message);
+  out_.add(out);
+  if (handshake_->is_done()) {
+    state_ = State::kGreeting;
+    out_.add(greeting(carrier, port));
+    handshake_.reset();
+  }
+  flush();
 }
 
 void OutConnection::read() {
@@ -87,6 +102,7 @@ void OutConnection::read() {
     return end("closed by the far side");
   }
   if (carrier == Carrier::kUdp && state_ == State::kReady) return;
+  if (state_ == State::kProving) return prove(std::string_view(bytes, static_cast<std::size_t>(count)));
   answers_.feed(std::string_view(bytes, static_cast<std::size_t>(count)));
   if (state_ == State::kGreeting) {
     const Result<std::optional<std::int32_t>> number = answers_.welcome();

@@ -42,12 +42,20 @@ class Host final : public PortHost, public ConnectionOwner, public AdminActions 
   }
 
   Status start() {
-    if (!options_.network && !is_loopback(options_.host)) {
+    if (!options_.network && !is_loopback(options_.host) && options_.secret.empty()) {
       return Error{
           ErrorCode::kInvalidArgument,
-          fmt::format("ports on {} would be open to a network: only loopback addresses (127.0.0.1) are "
-                      "allowed, since whoever connects may move the robot",
+          fmt::format("ports on {} would be open to a network: without a secret only loopback addresses "
+                      "(127.0.0.1) are allowed, since whoever connects may move the robot",
                       options_.host)};
+    }
+    if (!options_.secret.empty() && options_.names == PortHostOptions::Names::kRegister) {
+      return Error{ErrorCode::kUnsupported,
+                   "with a secret, names are served here: another name server is not asked"};
+    }
+    if (options_.host == "0.0.0.0") {
+      return Error{ErrorCode::kInvalidArgument,
+                   "0.0.0.0 is no address that others can be told: give one of this computer's"};
     }
     if (options_.names == PortHostOptions::Names::kServe) {
       NameRegistry::Options registry;
@@ -329,7 +337,7 @@ class Host final : public PortHost, public ConnectionOwner, public AdminActions 
       const std::uint64_t id = ++last_id_;
       auto in = std::make_unique<InConnection>(
           id, loop_, *this, std::move(fd), peer, found->second.spec.limits, found->second.spec.queue,
-          std::chrono::steady_clock::now() + seconds(options_.handshake_s));
+          std::chrono::steady_clock::now() + seconds(options_.handshake_s), options_.secret);
       in->port = name;
       in->dialect = options_.dialect;
       if (!in->start()) continue;
@@ -465,7 +473,7 @@ class Host final : public PortHost, public ConnectionOwner, public AdminActions 
                   const std::function<void(Status)>& done) {
     const auto port = ports_.find(output);
     if (port == ports_.end()) return done(Error{ErrorCode::kNotFound, "the port is gone"});
-    if (!options_.network && !is_loopback(contact.host)) {
+    if (!options_.network && options_.secret.empty() && !is_loopback(contact.host)) {
       return done(
           Error{ErrorCode::kUnsupported,
                 fmt::format("Cannot connect to {}: {} is not on this computer", contact.name, contact.host)});
@@ -480,7 +488,7 @@ class Host final : public PortHost, public ConnectionOwner, public AdminActions 
     const std::uint64_t id = ++last_id_;
     auto out = std::make_unique<OutConnection>(
         id, loop_, *this, output, contact, carrier, port->second.spec.queue, options_.dialect,
-        std::chrono::steady_clock::now() + seconds(options_.connect_s));
+        std::chrono::steady_clock::now() + seconds(options_.connect_s), options_.secret);
     OutConnection* raw = out.get();
     outs_[id] = std::move(out);
     port->second.out.insert(id);

@@ -26,7 +26,8 @@ class Gateway {
   [[nodiscard]] virtual yarp::PortHost& ports() = 0;
 };
 
-// "host", "names_port", "names" (auto, serve, register), "first_port", "dialect" (3 or 4), "connections".
+// "host", "names_port", "names" (auto, serve, register), "first_port", "dialect" (3 or 4), "connections",
+// "secret_file".
 Result<GatewayOptions> gateway_options(Node& node);
 
 }  // namespace nido::gateway

@@ -73,7 +73,9 @@ struct PortSpec {
 };
 
 struct PortHostOptions {
-  std::string host = "127.0.0.1";  // listened on and announced; a loopback address
+  std::string host = "127.0.0.1";  // listened on and announced; a loopback address, or any with a secret
+  // Shown by both ends of every connection before anything is taken (secret_handshake.h); empty: none.
+  std::string secret{};
   // Other computers may connect, and are connected to: only for ports that take no commands, since there is
   // no secret between the two ends.
   bool network = false;
