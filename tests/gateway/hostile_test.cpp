@@ -4,8 +4,10 @@
 #include <sys/resource.h>
 
 #include <atomic>
+#include <cstdlib>
 #include <fstream>
 #include <list>
+#include <random>
 
 #include "../yarp/client.h"
 #include "fake/fake_sensors.h"
@@ -195,6 +197,44 @@ TEST_F(Hostile, NothingThatIsMalformedIsNoticedByOthers) {
   }
   EXPECT_GT(link_.figures().refused, 50U);
   EXPECT_LT(resident_MB(), before_MB + 100);
+}
+
+// Sessions as programs hold them, with some bytes changed. 1000 of them, or as many as NIDO_SESSIONS says.
+TEST_F(Hostile, MutatedSessions) {
+  const char* wanted = std::getenv("NIDO_SESSIONS");
+  const int sessions = wanted != nullptr ? std::atoi(wanted) : 1000;
+  const std::string hello = yarp::greeting(Carrier::kTcp, "/mutant");
+  const auto asks = [&](const yarp::Bottle& bottle) {
+    return yarp::message(Carrier::kTcp, yarp::encode(bottle, yarp::Dialect::k3), "7 1.5", true);
+  };
+  using yarp::Value;
+  const std::vector<std::string> bases = {
+      hello + asks({Value::word("get"), Value::string("encs")}) +
+          asks({Value::word("get"), Value::word("axes")}),
+      hello + asks({Value::list({Value::word("dpo"), Value::of(std::int64_t{0})}),
+                    Value::list({Value::of(3.0)})}),
+      hello + yarp::admin_message(Carrier::kTcp,
+                                  yarp::encode({Value::word("list"), Value::word("out")}, yarp::Dialect::k3)),
+      hello + yarp::message(Carrier::kTcp, image(8, 8, "rgb\0"s), "1 1.0", false),
+      "CONNECT me\r\nd\r\nget encs\r\n*\r\n?\r\na\r\n[list] [in]\r\nq\r\n",
+      "NAME_SERVER register /m tcp 127.0.0.1 9\nNAME_SERVER query /m\nNAME_SERVER unregister /m\n",
+      "GET /?data=1 HTTP/1.1\r\n\r\n"};
+  std::mt19937_64 random(1);
+  const std::size_t before_MB = resident_MB();
+  for (int i = 0; i < sessions; ++i) {
+    std::string bytes = bases[random() % bases.size()];
+    for (std::uint64_t n = random() % 5; n > 0; --n)
+      bytes[random() % bytes.size()] = static_cast<char>(random());
+    if (random() % 8 == 0) bytes.resize(random() % bytes.size());
+    Client mutant(numbers_[random() % numbers_.size()]);
+    mutant.send(bytes);
+    if (i % 200 == 0) {
+      ASSERT_NO_FATAL_FAILURE(expect_unnoticed(std::to_string(i) + " mutated sessions"));
+    }
+  }
+  ASSERT_NO_FATAL_FAILURE(expect_unnoticed("all mutated sessions"));
+  EXPECT_LT(resident_MB(), before_MB + 100);
+  RecordProperty("states_read_without_a_gap", std::to_string(newest_.load()));
 }
 
 TEST_F(Hostile, AThousandConnectionsThatSayNothing) {
