@@ -2,6 +2,7 @@
 // many as it takes to see the smallest leak.
 
 #include <malloc.h>
+#include <sys/resource.h>
 
 #include <atomic>
 #include <filesystem>
@@ -244,6 +245,40 @@ TEST(Endurance, ProcessesDieWhileTheyWrite) { kill_many(4, 8, 20000); }
 // a leak of thirty bytes each would be seen
 TEST(EnduranceFull, ConnectsAndDisconnects) { connect_many_times(2000, 100'000, 3000); }
 TEST(EnduranceFull, ProcessesDieWhileTheyWrite) { kill_many(400, 10'000, 4000); }
+
+TEST(EnduranceFull, TwelveHundredInputsGetEveryMessage) {
+  constexpr std::size_t kInputs = 1200;
+  const auto giver = make_node("giver");
+  const auto taker = make_node("taker");
+  const auto out = make_output<String>(*giver, "/giver/out:o", Profile::kEvent, 100);
+  rlimit files{};
+  getrlimit(RLIMIT_NOFILE, &files);
+  files.rlim_cur = files.rlim_max;
+  setrlimit(RLIMIT_NOFILE, &files);
+  if (files.rlim_cur < 4 * kInputs) {
+    GTEST_SKIP() << "this system grants a process " << files.rlim_cur
+                 << " files, three for each input are needed";
+  }
+  std::vector<std::unique_ptr<Input<String>>> inputs;
+  for (std::size_t i = 0; i < kInputs; ++i) {
+    inputs.push_back(
+        make_input<String>(*taker, "/taker/in" + std::to_string(i) + ":i", Profile::kEvent, 100));
+    ASSERT_TRUE(inputs.back()->connect("/giver/out:o"));
+  }
+  ASSERT_TRUE(out->wait_for_readers(kInputs, 5 * kPatience_s));
+  for (const auto& input : inputs) {
+    ASSERT_TRUE(input->wait_for_sources(1, kPatience_s));
+  }
+  for (int i = 0; i < 20; ++i) {
+    ASSERT_TRUE(out->write(text(std::to_string(i))));
+  }
+  for (const auto& input : inputs) {
+    for (int i = 0; i < 20; ++i) {
+      ASSERT_TRUE(input->wait_for_message(kPatience_s));
+      ASSERT_EQ(input->take()->data(), std::to_string(i));
+    }
+  }
+}
 
 }  // namespace
 
