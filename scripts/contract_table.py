@@ -3,7 +3,7 @@
 
     scripts/contract_table.py build > docs/contracts.md
 
-Tests are counted as they ran: passed/all. A suite that a program does not have is an empty cell.
+Tests are counted as they ran: passed/all; skipped ones are not passed. A suite that a program does not have is an empty cell.
 """
 import json
 import pathlib
@@ -15,7 +15,7 @@ PROGRAMS = ["test_robot_devices", "test_robot_tasks", "test_simulated_devices", 
 
 
 def results_of(program):
-    """{(backend, interface): [passed, all]} of one test program."""
+    """{(backend, interface): [passed, all, skipped]} of one test program."""
     with tempfile.NamedTemporaryFile(suffix=".json") as file:
         subprocess.run([program, "--gtest_filter=*Contract*", f"--gtest_output=json:{file.name}"],
                        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=False)
@@ -25,12 +25,13 @@ def results_of(program):
         backend, _, interface = suite["name"].partition("/")
         if not interface.endswith("Contract"):
             continue
-        count = counts.setdefault((backend, interface.removesuffix("Contract")), [0, 0])
+        count = counts.setdefault((backend, interface.removesuffix("Contract")), [0, 0, 0])
         for test in suite["testsuite"]:
-            if test["status"] != "RUN" or test.get("result") == "SKIPPED":
+            if test["status"] != "RUN":
                 continue
             count[1] += 1
-            count[0] += "failures" not in test
+            count[2] += test.get("result") == "SKIPPED"
+            count[0] += test.get("result") != "SKIPPED" and "failures" not in test
     return counts
 
 
@@ -51,7 +52,12 @@ def main():
     for backend in backends:
         cells = [counts.get((backend, interface)) for interface in interfaces]
         print(f"| {backend} | " + " | ".join(f"{c[0]} / {c[1]}" if c else "" for c in cells) + " |")
-    if any(passed < run for passed, run in counts.values()):
+    skipped = {backend: sum(c[2] for (b, _), c in counts.items() if b == backend) for backend in backends}
+    for backend, number in skipped.items():
+        if number:
+            print(f"\n{number} tests are skipped on {backend}: a streamed command and an order travel on connections of"
+                  " their own\nthere, so which comes first is no promise (docs/yarp.md).")
+    if any(passed + left_out < run for passed, run, left_out in counts.values()):
         sys.exit(1)
 
 

@@ -47,6 +47,10 @@ constexpr std::array kSetWords =
     std::to_array<std::string_view>({"pos",  "poss", "posg", "rel",  "rels", "relg", "vel",  "vels", "velg",
                                      "acc",  "accs", "accg", "vmos", "sto",  "stos", "stog", "icmd", "torq",
                                      "intm", "aen",  "adi",  "pid",  "iimp", "ivar", "reca", "llim", "vlim"});
+// words of YARP's boards for what no board here lets be set
+constexpr std::array kNeverSet =
+    std::to_array<std::string_view>({"enc", "encs", "ere", "eres", "mnc", "mncs", "mre", "mres", "mcpr",
+                                     "maxc", "acno", "acpk", "pwml", "tmpl", "gbxr"});
 // words of YARP's boards for what neither the simulated nor the real boards of an iCub tell
 constexpr std::array kNeverMeasured =
     std::to_array<std::string_view>({"mcpr", "tmpl", "gbxr", "acno", "acpk", "pwml", "avsu"});
@@ -62,6 +66,8 @@ std::string not_known(std::string_view verb, const TextValue& given,
 }
 
 Outcome<ControlMode> mode_of(const TextValue& value) {
+  // YARP's word for idle by force
+  if (value.is_word("fidl")) return ControlMode::kIdle;
   const std::optional<ControlMode> mode =
       value.text() != nullptr ? mode_from_word(*value.text()) : std::nullopt;
   if (!mode) return unknown("a mode is one of idl, pos, posd, vel, torq, ipwm");
@@ -305,6 +311,9 @@ Outcome<Values> set(IControlBoard& board, const Values& line) {
     const std::optional<char> suffix = line.size() > 2 ? form(kTorqueCommand, line[2]) : std::nullopt;
     if (suffix) return send(board, kTorqueCommand, *suffix, line, 3);
     return unknown("torq ref J V or torq refs (V ...) is expected");
+  }
+  if (std::find(kNeverSet.begin(), kNeverSet.end(), what) != kNeverSet.end()) {
+    return Refusal{true, fmt::format("no board here lets '{}' be set", what)};
   }
   return unknown(not_known("set", line[1], kSetWords));
 }

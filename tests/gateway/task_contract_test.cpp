@@ -1,0 +1,44 @@
+// The contract of control in the space of the task, seen through the YARP protocol: DDS, gateway, sockets.
+
+#include "../robot/task_rig.h"
+#include "gateway_link.h"
+#include "nido/textproto/task_text.h"
+#include "nido/wrappers/task_wrappers.h"
+
+namespace nido::test {
+namespace {
+
+class FakeTasksOverYarp final : public FakeTaskRig {
+ public:
+  FakeTasksOverYarp() {
+    hand_server_ = required(serve_cartesian(link_.server(), link_.stem("arm"), FakeTaskRig::hand()));
+    gaze_server_ = required(serve_gaze(link_.server(), link_.stem("gaze"), FakeTaskRig::gaze()));
+    hand_ = asked_cartesian(line_to("arm/rpc:i"));
+    gaze_ = asked_gaze(line_to("gaze/rpc:i"));
+  }
+  ICartesianControl& hand() override { return *hand_; }
+  IGazeControl& gaze() override { return *gaze_; }
+
+ private:
+  // lines go as Bottles, and so do their answers
+  AskLine line_to(const std::string& port) {
+    link_.wait_for(link_.stem(port));
+    return [this, port](const std::string& line) -> Result<std::string> {
+      const Result<yarp::Bottle> question = yarp::parse_bottle(line);
+      if (!question) return question.error();
+      const Result<yarp::Bottle> answer = link_.network()->ask(link_.stem(port), *question);
+      if (!answer) return answer.error();
+      return yarp::to_text(*answer);
+    };
+  }
+  GatewayLink link_;
+  std::unique_ptr<IServer> hand_server_;
+  std::unique_ptr<IServer> gaze_server_;
+  std::unique_ptr<ICartesianControl> hand_;
+  std::unique_ptr<IGazeControl> gaze_;
+};
+INSTANTIATE_TEST_SUITE_P(FakeOverYarp, TaskContract,
+                         testing::Values([] { return std::make_unique<FakeTasksOverYarp>(); }));
+
+}  // namespace
+}  // namespace nido::test

@@ -1,0 +1,36 @@
+// The contract of control in the space of the task, seen over DDS.
+
+#include <unistd.h>
+
+#include "../robot/task_rig.h"
+#include "nido/wrappers/task_wrappers.h"
+#include "node_link.h"
+
+namespace nido::test {
+namespace {
+
+constexpr int kDomain = 42;
+
+class FakeTasksOverDds final : public FakeTaskRig {
+ public:
+  ICartesianControl& hand() override { return *hand_; }
+  IGazeControl& gaze() override { return *gaze_; }
+
+ private:
+  const std::string id_ = std::to_string(getpid());
+  std::unique_ptr<Node> server_ = make_test_node("server" + id_, kDomain);
+  std::unique_ptr<Node> client_ = make_test_node("client" + id_, kDomain);
+  std::unique_ptr<IServer> hand_server_ =
+      required(serve_cartesian(*server_, "/t" + id_ + "/arm", FakeTaskRig::hand()));
+  std::unique_ptr<IServer> gaze_server_ =
+      required(serve_gaze(*server_, "/t" + id_ + "/gaze", FakeTaskRig::gaze()));
+  std::unique_ptr<ICartesianControl> hand_ =
+      required(cartesian_client(*client_, {"/t" + id_ + "/arm", "", kPatience_s}));
+  std::unique_ptr<IGazeControl> gaze_ =
+      required(gaze_client(*client_, {"/t" + id_ + "/gaze", "", kPatience_s}));
+};
+INSTANTIATE_TEST_SUITE_P(FakeOverDds, TaskContract,
+                         testing::Values([] { return std::make_unique<FakeTasksOverDds>(); }));
+
+}  // namespace
+}  // namespace nido::test
