@@ -194,7 +194,12 @@ bool LaneWriter::try_send(Lane& lane, const Frame& frame) {
   alignas(cmsghdr) std::array<char, CMSG_SPACE(sizeof(int))> control{};
   const bool is_new = frame.slot && !lane.known_slots.contains(frame.slot->id);
   if (frame.slot) {
-    if (lane.held.size() >= (settings_.reliable ? kMostHeld : kMostHeldBestEffort)) {
+    const std::size_t most = settings_.reliable ? kMostHeld : kMostHeldBestEffort;
+    // the input may be ahead of this process's loop, and a message dropped for no reason
+    if (lane.held.size() >= most) {
+      (void)read_answers(lane);
+    }
+    if (lane.held.size() >= most) {
       return false;
     }
     if (is_new) {
@@ -414,6 +419,32 @@ void LaneWriter::drop(const std::shared_ptr<Lane>& lane) {
   progress_.notify_all();
 }
 
+LaneWriter::Answers LaneWriter::read_answers(Lane& lane) {
+  Answers answers;
+  for (;;) {
+    FrameHeader header;
+    const ssize_t size = recv(lane.fd.get(), &header, sizeof header, MSG_DONTWAIT);
+    if (size == static_cast<ssize_t>(sizeof header)) {
+      if (header.kind == FrameKind::kRelease) {
+        lane.held.erase(header.slot);
+        if (header.slot_bytes == 0) {
+          lane.known_slots.erase(header.slot);
+        }
+        answers.has_released = true;
+      } else if (header.kind == FrameKind::kSync) {
+        lane.synced = std::max(lane.synced, header.sequence);
+        progress_.notify_all();
+      }
+      continue;
+    }
+    if (size < 0 && errno == EINTR) {
+      continue;
+    }
+    answers.is_gone = !(size < 0 && errno == EAGAIN);
+    return answers;
+  }
+}
+
 void LaneWriter::on_ready(const std::shared_ptr<Lane>& lane, std::uint32_t epoll_events) {
   bool is_gone = false;
   {
@@ -421,32 +452,11 @@ void LaneWriter::on_ready(const std::shared_ptr<Lane>& lane, std::uint32_t epoll
     if (closed_) {
       return;
     }
-    bool has_released = false;
-    for (;;) {
-      FrameHeader header;
-      const ssize_t size = recv(lane->fd.get(), &header, sizeof header, MSG_DONTWAIT);
-      if (size == static_cast<ssize_t>(sizeof header)) {
-        if (header.kind == FrameKind::kRelease) {
-          lane->held.erase(header.slot);
-          if (header.slot_bytes == 0) {
-            lane->known_slots.erase(header.slot);
-          }
-          has_released = true;
-        } else if (header.kind == FrameKind::kSync) {
-          lane->synced = std::max(lane->synced, header.sequence);
-          progress_.notify_all();
-        }
-        continue;
-      }
-      if (size < 0 && errno == EINTR) {
-        continue;
-      }
-      is_gone = !(size < 0 && errno == EAGAIN);
-      break;
-    }
+    const Answers answers = read_answers(*lane);
+    is_gone = answers.is_gone;
     if (is_gone) {
       drop(lane);
-    } else if (has_released || (epoll_events & EPOLLOUT) != 0) {
+    } else if (answers.has_released || (epoll_events & EPOLLOUT) != 0) {
       if (lane->waits_for_socket) {
         lane->waits_for_socket = false;
         loop_->change(lane->id, lane->fd.get(), EPOLLIN);

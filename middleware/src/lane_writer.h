@@ -78,6 +78,11 @@ class LaneWriter : public std::enable_shared_from_this<LaneWriter> {
   void offer(Lane& lane, const FramePtr& frame, bool is_urgent);
   bool try_send(Lane& lane, const Frame& frame);
   void flush(Lane& lane);
+  struct Answers {
+    bool has_released = false;
+    bool is_gone = false;  // nothing comes any more
+  };
+  Answers read_answers(Lane& lane);
   bool wait_for_room(std::unique_lock<std::mutex>& lock);
   void drop(const std::shared_ptr<Lane>& lane);
   void flush_later(Lane& lane);
