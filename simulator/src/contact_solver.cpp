@@ -21,6 +21,10 @@ constexpr double kNearStop_rad = 0.05;
 constexpr double kLayer_m = 0.0002;          // contacts may stay that deep, so that they do not come and go
 constexpr double kFastestPushOut_m_s = 1.0;  // things inside each other come apart with this speed
 constexpr double kFrictionGive = 1e-4;
+// Things that hang together: how much of a gap is closed in a step, how soft, how fast at most.
+constexpr double kTieErp = 0.2;
+constexpr double kTieGive = 1e-6;
+constexpr double kFastestTurnBack_rad_s = 10;
 
 // Motors that come to their torque, or off it, ask for another solution; a few are enough.
 constexpr int kMostPasses = 4;
@@ -36,7 +40,8 @@ Eigen::Vector3d any_tangent(const Eigen::Vector3d& n) {
 }  // namespace
 
 void ContactSolver::step(RobotBody& robot, const std::vector<dBodyID>& objects,
-                         std::vector<Contact>& contacts, double step_s, int iterations) {
+                         std::vector<Contact>& contacts, std::vector<Tie>& ties, double step_s,
+                         int iterations) {
   RobotTree& tree = robot.tree();
   awake_limbs_.clear();
   for (std::size_t limb = 0; limb < tree.limb_count(); ++limb) {
@@ -50,6 +55,7 @@ void ContactSolver::step(RobotBody& robot, const std::vector<dBodyID>& objects,
   for (const std::size_t limb : awake_limbs_) tree.begin(limb, step_s);
   add_stops(robot, step_s);
   for (Contact& contact : contacts) add_contact(tree, contact, step_s);
+  for (Tie& tie : ties) add_tie(tree, tie, step_s);
   for (int pass = 1; pass <= kMostPasses; ++pass) {
     for (const std::size_t limb : awake_limbs_) tree.solve(limb);
     couple(tree);
@@ -134,7 +140,7 @@ void ContactSolver::add_stops(const RobotBody& robot, double step_s) {
       Row row{};
       row.target = gap > 0 ? -gap / step_s : -gap * kStopErp / step_s;
       row.give = kStopGive;
-      row.share = -1;
+      row.share = kPushes;
       rows_.push_back(row);
       groups_.push_back(group);
     }
@@ -143,8 +149,7 @@ void ContactSolver::add_stops(const RobotBody& robot, double step_s) {
 
 ContactSolver::Row& ContactSolver::add_row(const RobotTree& tree, Group& group,
                                            const Eigen::Vector3d& direction, bool turning) {
-  const Contact& contact = *group.contact;
-  const Eigen::Vector3d& p = contact.p_World_m;
+  const Eigen::Vector3d& p = group.p_World_m;
   // the robot's hinges
   const std::size_t first = directions_.size();
   directions_.resize(first + group.length, 0.0);
@@ -155,8 +160,8 @@ ContactSolver::Row& ContactSolver::add_row(const RobotTree& tree, Group& group,
         sign * tree.axis_World(link).dot(turning ? direction : Eigen::Vector3d(lever.cross(direction)));
   };
   if (group.length > 0) {
-    const bool both = contact.a.link > 0 && contact.b.link > 0;
-    const double sign = contact.a.link > 0 ? 1 : -1;
+    const bool both = group.link_a && group.link_b;
+    const double sign = group.link_a ? 1 : -1;
     // hinges that both links share move both alike: nothing between them
     for (std::size_t k = both ? group.shared : 0; k < group.tail; ++k) along(k, sign);
     for (std::size_t k = group.tail; k < group.length; ++k) along(k, -1);
@@ -192,6 +197,9 @@ void ContactSolver::add_contact(const RobotTree& tree, Contact& contact, double 
   };
   Group group;
   group.contact = &contact;
+  group.p_World_m = contact.p_World_m;
+  group.link_a = contact.a.link > 0;
+  group.link_b = contact.b.link > 0;
   group.object_a = moving(contact.a.object);
   group.object_b = moving(contact.b.object);
   group.path = paths_.size();
@@ -223,7 +231,7 @@ void ContactSolver::add_contact(const RobotTree& tree, Contact& contact, double 
 
   const Eigen::Vector3d& n = contact.normal_World;
   Row& normal = add_row(tree, group, n, false);
-  normal.share = -1;
+  normal.share = kPushes;
   normal.impulse = std::max(contact.force_World_N.dot(n), 0.0) * step_s;
   normal.give = contact.cfm / step_s;
   normal.target =
@@ -263,6 +271,11 @@ void ContactSolver::add_contact(const RobotTree& tree, Contact& contact, double 
     }
     if (contact.twist_m > 0) rub(n, true, contact.twist_m, 0);
   }
+  begin_with_impulses(group);
+  groups_.push_back(group);
+}
+
+void ContactSolver::begin_with_impulses(const Group& group) {
   for (std::size_t r = group.row; r < group.row + group.rows; ++r) {
     const Row& row = rows_[r];
     for (int k = 0; k < 6; ++k) {
@@ -272,6 +285,32 @@ void ContactSolver::add_contact(const RobotTree& tree, Contact& contact, double 
         free_[static_cast<std::size_t>(group.object_b)].v[k] += row.push_b[k] * row.impulse;
     }
   }
+}
+
+void ContactSolver::add_tie(const RobotTree& tree, Tie& tie, double step_s) {
+  const auto moving = [this](int object) {
+    return object >= 0 && free_[static_cast<std::size_t>(object)].moves ? object : -1;
+  };
+  Group group;
+  group.tie = &tie;
+  group.p_World_m = tie.p_World_m;
+  group.object_a = moving(tie.object_a);
+  group.object_b = moving(tie.object_b);
+  if (group.object_a < 0 && group.object_b < 0) return;
+  group.path = paths_.size();
+  group.directions = directions_.size();
+  group.row = rows_.size();
+  const auto hold = [&](const Eigen::Vector3d& direction, bool turning, double gap) {
+    const double fastest = turning ? kFastestTurnBack_rad_s : kFastestPushOut_m_s;
+    Row& row = add_row(tree, group, direction, turning);
+    row.share = kHolds;
+    row.give = kTieGive;
+    row.target = std::clamp(kTieErp * gap / step_s, -fastest, fastest);
+    row.impulse = tie.impulse[group.rows - 1];
+  };
+  for (int k = 0; k < 3; ++k) hold(Eigen::Vector3d::Unit(k), false, tie.gap_m[k]);
+  for (std::size_t k = 0; k < tie.turns; ++k) hold(tie.turn_axis_World[k], true, tie.turn_gap_rad[k]);
+  begin_with_impulses(group);
   groups_.push_back(group);
 }
 
@@ -320,7 +359,7 @@ double ContactSolver::relax(RobotTree& tree, Group& group) {
     for (std::size_t k = 0; k < length; ++k) speed += z[k] * near[k];
     for (int k = 0; k < 6; ++k) speed += row.a[k] * va[k] + row.b[k] * vb[k];
     const double most = row.share < 0 ? std::numeric_limits<double>::infinity() : row.share * rows[0].impulse;
-    const double least = row.share < 0 ? 0 : -most;
+    const double least = row.share == kPushes ? 0 : -most;
     const double next = std::clamp(row.impulse + (row.target - speed) * row.inverse, least, most);
     const double change = next - row.impulse;
     if (change == 0) continue;
@@ -350,6 +389,9 @@ void ContactSolver::iterate(RobotTree& tree, int iterations) {
 
 void ContactSolver::read_forces(double step_s) {
   for (const Group& group : groups_) {
+    if (group.tie != nullptr) {
+      for (std::size_t r = 0; r < group.rows; ++r) group.tie->impulse[r] = rows_[group.row + r].impulse;
+    }
     if (group.contact == nullptr) continue;
     Contact& contact = *group.contact;
     const Eigen::Vector3d& n = contact.normal_World;

@@ -3,6 +3,7 @@
 #include <ode/ode.h>
 
 #include <Eigen/Geometry>
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -46,10 +47,24 @@ class ContactSolver {
     double normal_force_N = 0;
   };
 
+  // Two free objects, or one and what never moves (-1), that stay together at a point, and do not turn
+  // against each other about some axes.
+  struct Tie {
+    int object_a = -1;
+    int object_b = -1;
+    Eigen::Vector3d p_World_m = Eigen::Vector3d::Zero();
+    Eigen::Vector3d gap_m = Eigen::Vector3d::Zero();  // from a's point to b's
+    std::size_t turns = 0;                            // axes that are held: 0, 2 or 3
+    std::array<Eigen::Vector3d, 3> turn_axis_World{};
+    std::array<double, 3> turn_gap_rad{};  // what a must turn by
+    // before the step what to start from, after it what came of it
+    std::array<double, 6> impulse{};
+  };
+
   // `objects`: bodies of the free objects by index, nullptr for those that never move. Sleeping (disabled)
   // ones stay where they are. The bodies' collected forces are used up.
   void step(RobotBody& robot, const std::vector<dBodyID>& objects, std::vector<Contact>& contacts,
-            double step_s, int iterations);
+            std::vector<Tie>& ties, double step_s, int iterations);
 
  private:
   // What a free object is during a step.
@@ -68,7 +83,8 @@ class ContactSolver {
     double target = 0;            // speed
     double give = 0;              // cfm by step
     double inverse = 0;           // of effective inverse mass and give
-    double share = 0;  // how far the impulse may go, as a share of the first row's; < 0: 0 to infinity
+    // how far the impulse may go, as a share of the first row's; kPushes: 0 to infinity, kHolds: anything
+    double share = 0;
     double impulse = 0;
   };
   // Rows of one contact or stop; they share their links and objects.
@@ -83,12 +99,21 @@ class ContactSolver {
     std::size_t rows = 0;
     int object_a = -1;
     int object_b = -1;
+    Eigen::Vector3d p_World_m = Eigen::Vector3d::Zero();
+    bool link_a = false;  // the robot is on side a, on side b
+    bool link_b = false;
     Contact* contact = nullptr;
+    Tie* tie = nullptr;
   };
+  static constexpr double kPushes = -1;
+  static constexpr double kHolds = -2;
 
   void gather_objects(const std::vector<dBodyID>& objects, double step_s);
   void add_stops(const RobotBody& robot, double step_s);
   void add_contact(const RobotTree& tree, Contact& contact, double step_s);
+  void add_tie(const RobotTree& tree, Tie& tie, double step_s);
+  // What the rows of a group began with acts on its objects.
+  void begin_with_impulses(const Group& group);
   // A row about a line (linear) or an axis (angular) of the group.
   Row& add_row(const RobotTree& tree, Group& group, const Eigen::Vector3d& direction, bool turning);
   void couple(RobotTree& tree);

@@ -285,7 +285,7 @@ bool Contacts::collide_objects(const ObjectBody& a, std::size_t index_a, const O
   return any;
 }
 
-void Contacts::find(const Objects& objects, double step_s) {
+void Contacts::find(const Objects& objects, const std::vector<ObjectJoint>& joints, double step_s) {
   former_loads_ = loads();
   loads_restored_ = false;
   next_load_ = 0;
@@ -328,6 +328,7 @@ void Contacts::find(const Objects& objects, double step_s) {
     for (std::size_t k = j + 1; k < objects.size(); ++k) {
       if (objects[j]->body() == nullptr || objects[k]->body() == nullptr) continue;
       if (!awake(*objects[j]) && !awake(*objects[k])) continue;
+      if (are_joined(joints, j, k)) continue;
       if (!collide_objects(*objects[j], j, *objects[k], k)) continue;
       // what hardly moves lets its neighbour sleep, or stacks would keep each other awake
       if (!awake(*objects[j]) && !objects[k]->hardly_moves()) dBodyEnable(objects[j]->body());
@@ -338,7 +339,8 @@ void Contacts::find(const Objects& objects, double step_s) {
   for (std::size_t j = 0; j < objects.size(); ++j) {
     if (!awake(*objects[j])) continue;
     for (std::size_t k = 0; k < objects.size(); ++k) {
-      if (objects[k]->body() == nullptr) collide_objects(*objects[j], j, *objects[k], k);
+      if (objects[k]->body() == nullptr && !are_joined(joints, j, k))
+        collide_objects(*objects[j], j, *objects[k], k);
     }
     const Side side{{OwnerKind::kObject, j}, &objects[j]->description().surface, objects[j]->body(), -1};
     const Side floor{{OwnerKind::kFloor, 0}, &kFloorSurface, nullptr, -1};

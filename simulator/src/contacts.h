@@ -10,6 +10,7 @@
 #include "control_block.h"
 #include "nido/simulator/faults.h"
 #include "nido/simulator/simulation.h"
+#include "object_joints.h"
 #include "objects.h"
 #include "robot_body.h"
 
@@ -32,7 +33,7 @@ class Contacts {
 
   // Makes the contact joints of this step, wakes what was touched, lets quiet things sleep that the robot
   // does not touch.
-  void find(const Objects& objects, double step_s);
+  void find(const Objects& objects, const std::vector<ObjectJoint>& joints, double step_s);
   // For the solver: it fills in the forces. In the order in which they were found.
   [[nodiscard]] std::vector<ContactSolver::Contact>& found() { return solved_; }
   // Sums what the solver made of them.

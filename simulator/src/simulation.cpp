@@ -34,12 +34,32 @@ int Simulation::Impl::find_object(std::string_view name) const {
 }
 
 void Simulation::Impl::build_objects() {
-  objects.clear();
-  for (const ObjectDescription& description : start.objects) {
-    objects.push_back(std::make_unique<ObjectBody>(world.id(), description));
+  // what the start has was tried when it was read
+  (void)replace_objects(start.objects, start.joints);
+}
+
+Status Simulation::Impl::replace_objects(const std::vector<ObjectDescription>& wanted,
+                                         const std::vector<ObjectJointDescription>& wanted_joints) {
+  std::vector<std::unique_ptr<ObjectBody>> made;
+  for (const ObjectDescription& description : wanted)
+    made.push_back(std::make_unique<ObjectBody>(world.id(), description));
+  std::vector<ObjectJoint> made_joints;
+  for (const ObjectJointDescription& description : wanted_joints) {
+    Result<ObjectJoint> joint = make_joint(description, made);
+    if (!joint) return joint.error();
+    made_joints.push_back(*joint);
   }
+  contacts->forget();
+  objects = std::move(made);
+  joints = std::move(made_joints);
   ++revision;
   object_set = ++last_object_set;
+  return {};
+}
+
+void Simulation::Impl::erase_object(std::size_t index) {
+  objects.erase(objects.begin() + static_cast<std::ptrdiff_t>(index));
+  forget_object(joints, static_cast<int>(index));
 }
 
 bool Simulation::Impl::is_inside(std::size_t object, std::size_t basket) const {
@@ -173,7 +193,8 @@ Result<std::unique_ptr<Simulation>> Simulation::create(const SimulationOptions& 
     impl->inertial = impl->robot->find_frame(impl->block.inertial_link);
     impl->drives->go_home(*impl->robot);
     if (options.self_collision) impl->contacts->begin_self_collision();
-    impl->build_objects();
+    if (Status built = impl->replace_objects(impl->start.objects, impl->start.joints); !built)
+      return Error{built.error().code, options.world_path.string() + ": joints: " + built.error().message};
     auto simulation = std::unique_ptr<Simulation>(new Simulation(std::move(impl)));
     simulation->impl_->drives->measure(*simulation->impl_->robot);
     simulation->impl_->limb_forces->restart(*simulation->impl_->robot);
@@ -204,13 +225,15 @@ Status Simulation::step(double duration_s) {
       s.contacts->begin_period();
       for (int i = 0; i < steps; ++i) {
         s.drives->drive((i + 1.0) / steps, *s.robot);
-        s.contacts->find(s.objects, s.options.physics_step_s);
+        s.contacts->find(s.objects, s.joints, s.options.physics_step_s);
+        make_ties(s.joints, s.objects, s.ties);
         for (auto& object : s.objects) object->apply_push(s.options.physics_step_s);
         s.free_bodies.clear();
         for (const auto& object : s.objects) s.free_bodies.push_back(object->body());
-        s.solver.step(*s.robot, s.free_bodies, s.contacts->found(), s.options.physics_step_s,
+        s.solver.step(*s.robot, s.free_bodies, s.contacts->found(), s.ties, s.options.physics_step_s,
                       s.options.solver_iterations);
         s.contacts->read_forces();
+        read_ties(s.ties, s.joints);
         s.drives->accumulate(*s.robot);
       }
       s.contacts->end_period();
@@ -279,6 +302,7 @@ SimulationState Simulation::Impl::state() const {
   state.limb_forces = limb_forces->save();
   state.camera_fault = camera_fault;
   state.light = light;
+  state.joints = joints;
   return state;
 }
 
@@ -292,6 +316,7 @@ void Simulation::Impl::set_state(const SimulationState& state) {
   limb_forces->restore(state.limb_forces);
   camera_fault = state.camera_fault;
   light = state.light;
+  joints = state.joints;
   failure.clear();
 }
 
@@ -439,8 +464,10 @@ Result<bool> Simulation::is_inside(std::string_view object, std::string_view bas
                           static_cast<std::size_t>(impl_->find_object(basket)));
 }
 
-void Simulation::scene(SceneSnapshot& out) const {
-  const Impl& s = *impl_;
+void Simulation::scene(SceneSnapshot& out) const { impl_->scene(out); }
+
+void Simulation::Impl::scene(SceneSnapshot& out) const {
+  const Impl& s = *this;
   const bool same = out.revision == s.revision && !out.instances.empty();
   std::size_t next = 0;
   const auto put = [&](const std::string& name, const VisualShape& shape, const Eigen::Isometry3d& X) {
@@ -500,9 +527,13 @@ std::uint64_t Simulation::state_hash() const {
   return hash;
 }
 
-std::string Simulation::world(const std::string& line) {
+std::string Simulation::world(const std::string& line, std::string* clock_request) {
   prepare_ode();
-  return run_world_command(*impl_, line);
+  if (clock_request != nullptr) clock_request->clear();
+  impl_->clock_request = clock_request;
+  std::string reply = run_world_command(*impl_, line);
+  impl_->clock_request = nullptr;
+  return reply;
 }
 
 }  // namespace nido::sim

@@ -44,6 +44,9 @@ struct Simulation::Impl {
   std::unique_ptr<LimbForces> limb_forces;
   ContactSolver solver;
   std::vector<dBodyID> free_bodies;  // of the objects
+  std::vector<ObjectJoint> joints;   // between objects
+  std::vector<ContactSolver::Tie> ties;
+  std::string* clock_request = nullptr;  // where a line leaves what to ask the clock's owner; null: nowhere
   std::vector<std::unique_ptr<ObjectBody>> objects;
   std::int64_t period = 0;       // control periods since the start
   std::uint64_t revision = 1;    // of what there is to draw
@@ -61,7 +64,11 @@ struct Simulation::Impl {
 
   std::map<std::string, WorldSnapshot> snapshots;  // by the names that the world port gave them
 
+  // Puts these in place of all objects and joints; a failure changes nothing.
+  Status replace_objects(const std::vector<ObjectDescription>& wanted,
+                         const std::vector<ObjectJointDescription>& wanted_joints);
   void build_objects();
+  void erase_object(std::size_t index);
   void reset();
   [[nodiscard]] SimulationState state() const;
   // Of the same robot, and as many objects.
@@ -69,6 +76,8 @@ struct Simulation::Impl {
   [[nodiscard]] StateShape state_shape() const;
   [[nodiscard]] WorldSnapshot snapshot() const;
   void restore(const WorldSnapshot& snapshot);
+  // See Simulation::scene().
+  void scene(SceneSnapshot& out) const;
   // Index or -1.
   [[nodiscard]] int find_object(std::string_view name) const;
   [[nodiscard]] bool is_inside(std::size_t object, std::size_t basket) const;

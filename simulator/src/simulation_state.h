@@ -11,6 +11,7 @@
 #include "nido/interfaces/result.h"
 #include "nido/simulator/faults.h"
 #include "nido/simulator/simulation.h"
+#include "object_joints.h"
 #include "objects.h"
 #include "robot_body.h"
 
@@ -29,6 +30,7 @@ struct SimulationState {
   LimbForces::State limb_forces;
   std::array<CameraFault, 2> camera_fault{};  // left, right
   Lighting light;
+  std::vector<ObjectJoint> joints;
 };
 
 struct SavedState::Data {

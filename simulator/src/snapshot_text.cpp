@@ -95,25 +95,30 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Simulation::Wrench, force_N, torque_Nm)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(LimbForces::Motion, momentum, turn_momentum)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(LimbForces::State, before, wrenches)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Lighting, brightness, key, fill, ambient, key_direction_World, shadows)
+NLOHMANN_JSON_SERIALIZE_ENUM(ObjectJointKind, {{ObjectJointKind::kBall, "ball"},
+                                               {ObjectJointKind::kHinge, "hinge"},
+                                               {ObjectJointKind::kFixed, "fixed"}})
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ObjectJoint, kind, a, b, X_AJoint, X_BJoint, impulse)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SimulationState, period, robot, objects, drives, contacts, head_velocity,
-                                   limb_forces, camera_fault, light)
+                                   limb_forces, camera_fault, light, joints)
 
 namespace {
 
 constexpr const char* kFormat = "nido snapshot 1";
 
+bool is_pose(const Eigen::Isometry3d& X) {
+  return X.translation().cwiseAbs().maxCoeff() < 1e4 &&
+         (X.linear().transpose() * X.linear() - Eigen::Matrix3d::Identity()).norm() < 1e-6 &&
+         X.linear().determinant() > 0;
+}
+
 // The first thing about an object that no object may have; empty: none.
 std::string trouble_of(const ObjectDescription& object) {
   constexpr double kSmallest = 1e-6;
   constexpr double kLargest = 1e3;
-  const auto rigid = [](const Eigen::Isometry3d& X) {
-    return X.translation().cwiseAbs().maxCoeff() < 1e4 &&
-           (X.linear().transpose() * X.linear() - Eigen::Matrix3d::Identity()).norm() < 1e-6 &&
-           X.linear().determinant() > 0;
-  };
   if (object.name.empty() || object.name.size() > 60) return "a name has 1 to 60 characters";
   if (object.shapes.empty() || object.shapes.size() > 64) return "an object has 1 to 64 shapes";
-  if (!rigid(object.X_WorldObject)) return "its pose is none";
+  if (!is_pose(object.X_WorldObject)) return "its pose is none";
   const Surface& s = object.surface;
   if (!(s.friction >= 0 && s.friction <= 10 && s.restitution >= 0 && s.restitution <= 1 && s.rolling_m >= 0 &&
         s.rolling_m <= 0.1))
@@ -126,7 +131,7 @@ std::string trouble_of(const ObjectDescription& object) {
     for (int i = 0; i < sizes; ++i) {
       if (!(size[i] >= kSmallest && size[i] <= kLargest)) return "a shape's size is none";
     }
-    if (!rigid(placed.X_OwnerShape)) return "a shape's pose is none";
+    if (!is_pose(placed.X_OwnerShape)) return "a shape's pose is none";
     if (!(placed.mass_kg > 0 && placed.mass_kg <= 1e4)) return "a shape's mass is none";
   }
   return {};
@@ -149,6 +154,12 @@ std::string trouble_of(const WorldSnapshot& snapshot, const StateShape& shape) {
   for (const ObjectDescription& object : snapshot.objects) {
     const std::string trouble = trouble_of(object);
     if (!trouble.empty()) return "object \"" + object.name + "\": " + trouble;
+  }
+  const int count = static_cast<int>(snapshot.objects.size());
+  for (const ObjectJoint& joint : s.joints) {
+    if (joint.a < 0 || joint.a >= count || joint.b < -1 || joint.b >= count || joint.a == joint.b ||
+        !is_pose(joint.X_AJoint) || !is_pose(joint.X_BJoint))
+      return "a joint between objects is none";
   }
   for (const ObjectBody::Motion& motion : s.objects) {
     double norm = 0;

@@ -7,9 +7,9 @@
 namespace nido::sim {
 namespace {
 
-std::array<WorldVerbs, 7> all_verbs() {
-  return {making_verbs(),   placing_verbs(), motion_verbs(), scene_verbs(),
-          snapshot_verbs(), fault_verbs(),   judging_verbs()};
+std::array<WorldVerbs, 9> all_verbs() {
+  return {making_verbs(), placing_verbs(),  motion_verbs(), joint_verbs(),  scene_verbs(),
+          time_verbs(),   snapshot_verbs(), fault_verbs(),  judging_verbs()};
 }
 
 const WorldVerb* find_verb(const std::string& name) {

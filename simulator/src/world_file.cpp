@@ -244,6 +244,27 @@ struct WorldReader {
     parent.adopt(map);
   }
 
+  // the names are looked up when all objects are there
+  void read_joint(YamlReader map, YamlReader& parent) {
+    map.allow({"kind", "between", "at_m", "axis"});
+    ObjectJointDescription joint;
+    const std::string kind = map.choice("kind", "ball", {"ball", "hinge", "fixed"});
+    joint.kind = kind == "hinge"   ? ObjectJointKind::kHinge
+                 : kind == "fixed" ? ObjectJointKind::kFixed
+                                   : ObjectJointKind::kBall;
+    const std::vector<std::string> between = map.names("between");
+    if (between.size() == 2) {
+      joint.a = between[0];
+      joint.b = between[1];
+    } else {
+      map.complain("between", "names two objects, or one and world");
+    }
+    joint.p_World_m = map.vector("at_m", joint.p_World_m, -kFarthest_m, kFarthest_m);
+    joint.axis_World = map.vector("axis", joint.axis_World, -1000, 1000);
+    world.joints.push_back(joint);
+    parent.adopt(map);
+  }
+
   Status read_object(YamlReader map) {
     map.allow({"object", "name", "colour", "position_m", "yaw_deg", "rpy_deg", "static", "touches_robot",
                "mass_kg", "friction", "restitution", "rolling_m", "kind", "shapes"});
@@ -295,7 +316,7 @@ struct WorldReader {
   }
 
   Status read(YamlReader map) {
-    map.allow({"table", "posture_deg", "light", "objects", "random"});
+    map.allow({"table", "posture_deg", "light", "objects", "joints", "random"});
     if (map.has("posture_deg")) read_posture(map.child("posture_deg"), map);
     if (map.has("light")) read_light(map.child("light"), map);
     if (map.has("table")) read_table(map.child("table"), map);
@@ -303,6 +324,8 @@ struct WorldReader {
     for (std::size_t i = 0; i < map.count("objects"); ++i) {
       if (Status done = read_object(map.item("objects", i)); !done) return done;
     }
+    if (!map.ok()) return Error{ErrorCode::kInvalidArgument, map.trouble()};
+    for (std::size_t i = 0; i < map.count("joints"); ++i) read_joint(map.item("joints", i), map);
     if (!map.ok()) return Error{ErrorCode::kInvalidArgument, map.trouble()};
     if (map.has("random")) {
       return place_at_random(

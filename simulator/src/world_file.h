@@ -7,6 +7,7 @@
 
 #include "nido/interfaces/result.h"
 #include "nido/simulator/simulation.h"
+#include "object_joints.h"
 #include "objects.h"
 
 namespace nido::sim {
@@ -14,7 +15,8 @@ namespace nido::sim {
 // A world before it is built. Objects stand where they shall be at the start.
 struct WorldDescription {
   std::vector<ObjectDescription> objects;  // the table first, if there is one
-  std::optional<Lighting> light;           // nothing: as it is
+  std::vector<ObjectJointDescription> joints;
+  std::optional<Lighting> light;  // nothing: as it is
   // Where joints stand at the start instead of at home: part name, angles of its joints in rad. Checked by
   // the drives.
   std::vector<std::pair<std::string, std::vector<double>>> posture_rad;

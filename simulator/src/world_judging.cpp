@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 
+#include "nido/simulator/scene_labels.h"
 #include "world_verbs.h"
 
 namespace nido::sim {
@@ -78,7 +79,20 @@ std::string link(Impl& sim, Arguments& arguments) {
   return pose_text(sim.pose(frame));
 }
 
-constexpr std::array<WorldVerb, 6> kVerbs = {{
+std::string labels(Impl& sim, Arguments& arguments) {
+  arguments.end();
+  if (!arguments.ok()) return arguments.failure();
+  SceneSnapshot scene;
+  sim.scene(scene);
+  std::string reply;
+  int label = 0;
+  for (const std::string& name : scene_labels(scene))
+    reply +=
+        std::string(reply.empty() ? "" : " ") + "(" + std::to_string(++label) + " " + name_text(name) + ")";
+  return reply.empty() ? "[ok]" : reply;
+}
+
+constexpr std::array<WorldVerb, 7> kVerbs = {{
     {"where", where, "OBJECT", "x y z qx qy qz qw sx sy sz: centre and edges of its box",
      "world where box 1"},
     {"touching", touching, "OBJECT", "1 if a hand touches it, 1 if table, floor or another object does",
@@ -88,6 +102,8 @@ constexpr std::array<WorldVerb, 6> kVerbs = {{
     {"palm", palm, "left|right", "x y z qx qy qz qw of the palm frame", "world palm right"},
     {"link", link, "[NAME]", "x y z qx qy qz qw of any link; without a name, all names",
      "world link r_index_tip"},
+    {"labels", labels, "", "(LABEL NAME) of all that segmentation images show; 0 is the room",
+     "world labels"},
 }};
 
 }  // namespace

@@ -140,14 +140,16 @@ std::string count(Impl& sim, Arguments& arguments) {
 std::string remove(Impl& sim, Arguments& arguments) {
   if (arguments.peek() == "all" && arguments.left() == 1) {
     // the table is furniture, not an object that somebody made
-    std::erase_if(sim.objects, [](const auto& o) { return o->description().kind != "table"; });
+    for (std::size_t i = sim.objects.size(); i-- > 0;) {
+      if (sim.objects[i]->description().kind != "table") sim.erase_object(i);
+    }
     objects_changed(sim);
     return "[ok]";
   }
   const std::size_t index = read_object(sim, arguments);
   arguments.end();
   if (!arguments.ok()) return arguments.failure();
-  sim.objects.erase(sim.objects.begin() + static_cast<std::ptrdiff_t>(index));
+  sim.erase_object(index);
   objects_changed(sim);
   return "[ok]";
 }

@@ -1,4 +1,4 @@
-// The world port's verbs about whole scenes: saving and loading, things that become one, light, chance.
+// The world port's verbs about whole scenes: saving and loading, light, chance.
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
@@ -15,7 +15,6 @@ namespace {
 using Impl = Simulation::Impl;
 
 constexpr double kDegree = std::numbers::pi / 180;
-constexpr std::size_t kMostShapes = 64;
 constexpr const char* kEnding = ".yaml";
 
 // -- a scene as a world file, docs/world.md
@@ -80,7 +79,17 @@ void put_object(YAML::Emitter& out, const ObjectBody& object) {
   out << YAML::EndSeq << YAML::EndMap;
 }
 
-// where the joints stand, within their limits, so that a run may begin there
+void put_joint(YAML::Emitter& out, const ObjectJointDescription& joint) {
+  out << YAML::Flow << YAML::BeginMap;
+  out << YAML::Key << "kind" << YAML::Value << to_string(joint.kind);
+  out << YAML::Key << "between" << YAML::Value << YAML::Flow << YAML::BeginSeq << YAML::DoubleQuoted
+      << joint.a << YAML::DoubleQuoted << joint.b << YAML::EndSeq;
+  put(out, "at_m", joint.p_World_m);
+  put(out, "axis", joint.axis_World);
+  out << YAML::EndMap;
+}
+
+// where the robot's joints stand, within their limits, so that a run may begin there
 void put_posture(YAML::Emitter& out, const Drives& drives) {
   out << YAML::Key << "posture_deg" << YAML::Value << YAML::BeginMap;
   for (std::size_t p = 0; p < drives.parts().size(); ++p) {
@@ -117,7 +126,13 @@ std::string scene_text(const Impl& sim) {
   put_light(out, sim.light);
   out << YAML::Key << "objects" << YAML::Value << YAML::BeginSeq;
   for (const auto& object : sim.objects) put_object(out, *object);
-  out << YAML::EndSeq << YAML::EndMap;
+  out << YAML::EndSeq;
+  if (!sim.joints.empty()) {
+    out << YAML::Key << "joints" << YAML::Value << YAML::BeginSeq;
+    for (const ObjectJoint& joint : sim.joints) put_joint(out, describe(joint, sim.objects));
+    out << YAML::EndSeq;
+  }
+  out << YAML::EndMap;
   return std::string(out.c_str()) + "\n";
 }
 
@@ -145,42 +160,11 @@ std::string load(Impl& sim, Arguments& arguments) {
   }
   auto read = read_world(options);
   if (!read) return fail_reply("could not load", read.error().message);
-  // all are made first, so that a failure changes nothing
-  std::vector<std::unique_ptr<ObjectBody>> made;
-  for (const ObjectDescription& object : read->objects)
-    made.push_back(std::make_unique<ObjectBody>(sim.world.id(), object));
+  if (Status done = sim.replace_objects(read->objects, read->joints); !done)
+    return fail_reply("could not load", done.error().message);
   sim.start.objects = std::move(read->objects);
+  sim.start.joints = std::move(read->joints);
   if (read->light) sim.light = sim.options.light = *read->light;
-  sim.contacts->forget();
-  sim.objects = std::move(made);
-  objects_changed(sim);
-  return "[ok]";
-}
-
-std::string join(Impl& sim, Arguments& arguments) {
-  constexpr const char* kReason = "could not join";
-  const std::size_t first = read_object(sim, arguments);
-  const std::size_t second = read_object(sim, arguments);
-  arguments.end();
-  if (!arguments.ok()) return arguments.failure();
-  if (first == second) return fail_reply(kReason, "an object cannot be joined to itself");
-  ObjectDescription whole = sim.objects[first]->description();
-  const ObjectDescription& part = sim.objects[second]->description();
-  if (whole.is_static != part.is_static)
-    return fail_reply(kReason, "a static object does not move with another");
-  if (whole.shapes.size() + part.shapes.size() > kMostShapes)
-    return fail_reply(kReason, "an object has at most " + std::to_string(kMostShapes) + " shapes");
-  whole.X_WorldObject = sim.objects[first]->X_WorldObject();
-  const Eigen::Isometry3d X_WholePart = whole.X_WorldObject.inverse() * sim.objects[second]->X_WorldObject();
-  for (PlacedShape shape : part.shapes) {
-    shape.X_OwnerShape = X_WholePart * shape.X_OwnerShape;
-    whole.shapes.push_back(shape);
-  }
-  whole.touches_robot = whole.touches_robot || part.touches_robot;
-  auto made = std::make_unique<ObjectBody>(sim.world.id(), std::move(whole));
-  sim.contacts->forget();
-  sim.objects[first] = std::move(made);
-  sim.objects.erase(sim.objects.begin() + static_cast<std::ptrdiff_t>(second));
   objects_changed(sim);
   return "[ok]";
 }
@@ -233,13 +217,16 @@ std::string seed(Impl& sim, Arguments& arguments) {
   options.seed = static_cast<std::uint64_t>(value);
   auto read = read_world(options);
   if (!read) return fail_reply("could not set seed", read.error().message);
+  if (Status done = sim.replace_objects(read->objects, read->joints); !done)
+    return fail_reply("could not set seed", done.error().message);
   sim.options.seed = options.seed;
   sim.start.objects = std::move(read->objects);
+  sim.start.joints = std::move(read->joints);
   keep_time(sim, [&] { sim.reset(); });
   return "[ok]";
 }
 
-constexpr std::array<WorldVerb, 5> kVerbs = {{
+constexpr std::array<WorldVerb, 4> kVerbs = {{
     {"save", save, "NAME",
      "all objects, the light and the robot's posture as the world file NAME.yaml in the scene folder",
      "world save breakfast"},
@@ -247,8 +234,6 @@ constexpr std::array<WorldVerb, 5> kVerbs = {{
      "the objects and the light of NAME.yaml of the scene folder, or of the worlds that come with nido, in "
      "place of the present ones, also after a reset; the robot stays as it is",
      "world load breakfast"},
-    {"join", join, "OBJECT OBJECT", "the second becomes a part of the first: a compound object",
-     "world join box 1 sph 1"},
     {"light", light, "[brightness|key|fill|ambient VALUE | shadows 0|1 | direction X Y Z]",
      "the room's light that the cameras see, until a reset; 1 is normal; without words, how it is",
      "world light brightness 0.5"},

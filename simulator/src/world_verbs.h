@@ -28,8 +28,10 @@ struct WorldVerbs {
 [[nodiscard]] WorldVerbs making_verbs();    // world_making.cpp: make, delete, count, name
 [[nodiscard]] WorldVerbs placing_verbs();   // world_placing.cpp: where things are, and their colour
 [[nodiscard]] WorldVerbs motion_verbs();    // world_motion.cpp: how things weigh, touch and move
+[[nodiscard]] WorldVerbs joint_verbs();     // world_joints.cpp: things that hang together
 [[nodiscard]] WorldVerbs scene_verbs();     // world_scene.cpp: whole scenes, light, chance
 [[nodiscard]] WorldVerbs snapshot_verbs();  // world_snapshot.cpp: going back
+[[nodiscard]] WorldVerbs time_verbs();      // world_time.cpp: pause, step, rate
 [[nodiscard]] WorldVerbs fault_verbs();     // world_faults.cpp: what goes wrong on purpose
 [[nodiscard]] WorldVerbs judging_verbs();   // world_judging.cpp: ground truth
 

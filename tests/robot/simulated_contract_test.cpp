@@ -1,9 +1,12 @@
 // The contracts, run on the simulated family.
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "control_board_contract.h"
 #include "nido/simulator/devices/simulated_camera.h"
+#include "nido/simulator/devices/simulated_depth_camera.h"
 #include "nido/simulator/devices/simulated_sensors.h"
 #include "sensor_contracts.h"
 #include "simulated_rig.h"
@@ -158,6 +161,53 @@ TEST(SimulatedCamera, ThePortsLightIsSeen) {
   EXPECT_NEAR(mean(), normal, 0.01);
 }
 
+// a plate across the view: every pixel's depth is where its ray meets the plate's near face
+TEST(SimulatedDepthCamera, MeasuresWhereAKnownPlateIs) {
+  const auto robot = simulated_robot();
+  sim::Camera optics;
+  const auto camera = required(sim::SimulatedDepthCamera::create(robot, sim::Eye::kLeft, optics));
+  sim::SimulatedWorld world(robot);
+  // 0.3 m wide and high, 0.02 m thick, turned; the eye looks forward (port z) at 0.94 m of height
+  ASSERT_EQ(world.command("world mk sbox 0.3 0.3 0.02 0.03 0.93 0.55 1 0 0"), "[ok]");
+  ASSERT_EQ(world.command("world rot sbox 1 10 25 5"), "[ok]");
+  ASSERT_TRUE(robot->step_to(2 * kPeriod_ns).ok());
+  DepthPicture picture;
+  ASSERT_TRUE(camera->measure(picture).ok());
+  EXPECT_EQ(picture.stamp_ns, 2 * kPeriod_ns);
+  ASSERT_EQ(picture.width, optics.width);
+  const std::vector<std::string> labels = required(camera->labels());
+  const auto plate =
+      static_cast<std::uint16_t>(std::find(labels.begin(), labels.end(), "sbox 1") - labels.begin() + 1);
+  ASSERT_LE(plate, labels.size());
+  const Eigen::Isometry3d X_PlateCamera = robot->simulation().object("sbox 1")->X_WorldObject.inverse() *
+                                          robot->simulation().X_WorldCamera(sim::Eye::kLeft);
+  const Eigen::Vector3d eye = X_PlateCamera.translation();
+  int pixels = 0;
+  int wrong_label = 0;
+  double worst_m = 0;
+  for (int v = 0; v < picture.height; ++v) {
+    for (int u = 0; u < picture.width; ++u) {
+      const Eigen::Vector3d ray_Camera((u + 0.5 - optics.cx_px) / optics.fx_px,
+                                       (v + 0.5 - optics.cy_px) / optics.fy_px, 1);
+      const Eigen::Vector3d ray = X_PlateCamera.linear() * ray_Camera;
+      const double z_m = (std::copysign(0.01, eye.z()) - eye.z()) / ray.z();
+      const Eigen::Vector3d hit = eye + z_m * ray;
+      const double inside_m = 0.15 - std::max(std::abs(hit.x()), std::abs(hit.y()));
+      const auto i = static_cast<std::size_t>(v * picture.width + u);
+      if (inside_m > 0.003) {
+        ++pixels;
+        wrong_label += picture.label[i] == plate ? 0 : 1;
+        worst_m = std::max(worst_m, std::abs(picture.z_m[i] - z_m));
+      }
+    }
+  }
+  EXPECT_GT(pixels, 5000);
+  EXPECT_EQ(wrong_label, 0);
+  EXPECT_LT(worst_m, 1e-5);
+  EXPECT_NE(world.command("world labels").find("(" + std::to_string(plate) + " \"sbox 1\")"),
+            std::string::npos);
+}
+
 TEST(SimulatedControlBoard, NamesThePartsThatThereAre) {
   const auto board = sim::SimulatedControlBoard::create(simulated_robot(), "tail");
   ASSERT_FALSE(board.ok());
@@ -171,6 +221,20 @@ TEST(SimulatedRobot, TimeGoesOnWhenTheWorldIsReset) {
   robot->simulation().reset();
   ASSERT_TRUE(robot->step_to(7 * kPeriod_ns).ok());
   EXPECT_EQ(robot->now_ns(), 7 * kPeriod_ns);
+}
+
+TEST(SimulatedWorld, AsksTheClockWhileTheSimulationMayGoOn) {
+  const auto robot = simulated_robot();
+  sim::SimulatedWorld world(robot);
+  EXPECT_EQ(world.command("world pause").substr(0, 6), "[fail]");
+  // a clock that steps the robot itself, as one in another thread does while the port waits
+  robot->set_clock([&](const std::string& line) {
+    EXPECT_TRUE(robot->step_to(robot->now_ns() + kPeriod_ns).ok());
+    return "[ok] " + line;
+  });
+  EXPECT_EQ(world.command("world step 0.03"), "[ok] step 3");
+  EXPECT_EQ(robot->now_ns(), kPeriod_ns);
+  EXPECT_EQ(world.command("world num box"), "0");
 }
 
 TEST(SimulatedWorld, AnswersTheVocabulary) {

@@ -1,5 +1,6 @@
-// libFuzzer on what the simulator reads: lines of the world port, worlds, robots, meshes. The first byte says
-// which. Nothing may crash, hang or be refused without a sentence.
+// libFuzzer on what the simulator reads: lines of the world port, worlds, robots, meshes, snapshots. The
+// first byte says which. Nothing may crash, hang or be refused without a sentence. No physics is stepped:
+// that is tests/simulator/adversary.cpp.
 #include <unistd.h>
 
 #include <cstdint>
@@ -12,7 +13,9 @@
 
 #include "nido/kinematics/robot_model.h"
 #include "nido/simulator/simulation.h"
-#include "shapes.h"
+#include "ode_library.h"
+#include "robot_description.h"
+#include "simulation_impl.h"
 
 namespace {
 
@@ -32,51 +35,56 @@ SimulationOptions robot() {
 }
 
 std::string temporary(const char* suffix) {
-  return (std::filesystem::temp_directory_path() / ("nido_fuzz_" + std::to_string(getpid()) + suffix))
-      .string();
+  return (std::filesystem::path("/dev/shm") / ("nido_fuzz_" + std::to_string(getpid()) + suffix)).string();
 }
 
 void write(const std::string& path, const std::string& text) {
   std::ofstream(path, std::ios::binary) << text;
 }
 
-// A world full of things, as rough as the lines want it; a new one now and then.
+// A world full of things; a new one now and then.
 void talk(const std::string& text) {
   static std::unique_ptr<Simulation> simulation;
   static int talks = 0;
-  if (!simulation || ++talks % 200 == 0) simulation = std::move(Simulation::create(robot()).value());
+  if (!simulation || ++talks % 5000 == 0) {
+    SimulationOptions options = robot();
+    options.scene_folder = temporary("_scenes");
+    simulation = std::move(Simulation::create(options).value());
+  }
   std::istringstream lines(text);
   std::string line;
   for (int i = 0; i < 40 && std::getline(lines, line, '\n'); ++i) {
-    // files are another target's
-    if (line.find("mdir") != std::string::npos || line.find("mod") != std::string::npos) continue;
+    // the disk is not what is tried here
+    if (line.find("mdir") != std::string::npos || line.find("save") != std::string::npos ||
+        line.find("file") != std::string::npos)
+      continue;
     require(!simulation->world(line).empty(), "no reply to: " + line);
-  }
-  if (const nido::Status done = simulation->step(); !done) {
-    require(!done.error().message.empty(), "a failure without a sentence");
-    simulation->reset();
   }
 }
 
 void read_world(const std::string& text) {
   SimulationOptions options = robot();
   options.world_yaml = text;
-  const auto made = Simulation::create(options);
-  if (!made) require(!made.error().message.empty(), "a world refused without a sentence");
+  const auto read = nido::sim::read_world(options);
+  if (!read) {
+    require(!read.error().message.empty(), "a world refused without a sentence");
+    return;
+  }
+  // whatever is taken can be built
+  static nido::sim::OdeWorld ode;
+  nido::sim::ObjectList made;
+  for (const auto& object : read->objects)
+    made.push_back(std::make_unique<nido::sim::ObjectBody>(ode.id(), object));
+  for (const auto& joint : read->joints) (void)nido::sim::make_joint(joint, made);
 }
 
 void read_robot(const std::string& text) {
   const auto model = nido::RobotModel::parse(text, "fuzz");
   if (!model) require(!model.error().message.empty(), "a robot refused without a sentence");
-  SimulationOptions options;
-  options.urdf_path = temporary(".urdf");
-  write(options.urdf_path.string(), text);
-  auto made = Simulation::create(options);
-  if (!made) {
-    require(!made.error().message.empty(), "a robot refused without a sentence");
-  } else if (const nido::Status done = (*made)->step(); !done) {
-    require(!done.error().message.empty(), "a failure without a sentence");
-  }
+  const std::string path = temporary(".urdf");
+  write(path, text);
+  const auto read = nido::sim::read_robot(path);
+  if (!read) require(!read.error().message.empty(), "a robot refused without a sentence");
 }
 
 void read_mesh(const std::string& text, const char* suffix) {
@@ -87,18 +95,24 @@ void read_mesh(const std::string& text, const char* suffix) {
     require(!mesh.error().message.empty(), "a mesh refused without a sentence");
     return;
   }
-  static std::unique_ptr<Simulation> simulation = std::move(Simulation::create(robot()).value());
-  const auto folder = std::filesystem::temp_directory_path().string();
-  simulation->world("world set mdir " + folder);
-  simulation->world("world mk model " + std::filesystem::path(path).filename().string() + " none 0 1 0.5");
-  if (!simulation->step(0.02).ok()) simulation->reset();
-  simulation->world("world del all");
+  static nido::sim::OdeWorld ode;
+  nido::sim::ObjectDescription object =
+      nido::sim::make_simple("thing", "model", nido::sim::ShapeKind::kMesh, Eigen::Vector3d::Ones(), 1, {});
+  object.shapes[0].mesh = *mesh;
+  const nido::sim::ObjectBody body(ode.id(), std::move(object));
+}
+
+void read_snapshot(const std::string& text) {
+  const nido::sim::StateShape shape{{"hinge"}, 1, 0};
+  const auto read = nido::sim::read_snapshot(text, shape, "fuzz");
+  if (!read) require(!read.error().message.empty(), "a snapshot refused without a sentence");
 }
 
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size == 0) return 0;
+  nido::sim::prepare_ode();
   const std::string text(reinterpret_cast<const char*>(data) + 1, size - 1);
   switch (data[0]) {
     case 'y':
@@ -112,6 +126,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       break;
     case 's':
       read_mesh(text, ".stl");
+      break;
+    case 'j':
+      read_snapshot(text);
       break;
     default:
       talk(text);

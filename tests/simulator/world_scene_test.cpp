@@ -1,6 +1,7 @@
 // The world port's verbs about whole scenes: save and load, join, light, seed, and faults on purpose.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -105,6 +106,106 @@ TEST_F(WorldScene, two_things_joined_move_as_one) {
   ASSERT_TRUE(sim->step(1.5).ok());
   EXPECT_LT(sim->objects()[0].X_WorldObject.translation().z(), Simulation::kFloorHeight_m + 0.15);
   EXPECT_TRUE(sim->objects()[0].size_m.isApprox(size_m)) << "nothing came off";
+}
+
+// a rod on a hinge is a physical pendulum: T = 2 pi sqrt(I / (m g l)), I about the hinge
+TEST_F(WorldScene, a_rod_on_a_hinge_swings_as_it_should) {
+  auto sim = make(robot_only());
+  constexpr double kLength_m = 0.4;
+  say(*sim, "world mk box 0.02 0.4 0.02 1 1 0 1 0 0");
+  say(*sim, "world joint hinge box 1 world 1 1.2 0 0 0 1");
+  say(*sim, "world speed box 1 0.1 0 0 0 0 0.5");  // the middle moves sideways as the rod turns
+  int turns = 0;
+  double last_s = 0;
+  double first_s = 0;
+  double before = 0;
+  while (turns < 7 && sim->time_s() < 10) {
+    ASSERT_TRUE(sim->step().ok());
+    const double now = sim->object("box 1")->w_World_rad_s.x();
+    if (now * before < 0) {
+      ++turns;
+      const double cross_s = sim->time_s() - 0.01 * now / (now - before);
+      if (turns == 1) first_s = cross_s;
+      last_s = cross_s;
+    }
+    before = now;
+  }
+  ASSERT_EQ(turns, 7);
+  const double about_hinge = (kLength_m * kLength_m + 0.02 * 0.02) / 12 + 0.04;
+  const double period_s = 2 * M_PI * std::sqrt(about_hinge / (9.81 * kLength_m / 2));
+  EXPECT_NEAR((last_s - first_s) / 3, period_s, 0.01 * period_s);
+  // its top stays at the hinge
+  const ObjectState rod = *sim->object("box 1");
+  const Eigen::Vector3d top = rod.X_WorldObject * Eigen::Vector3d(0, 0, 0.2);
+  const Eigen::Vector3d other = rod.X_WorldObject * Eigen::Vector3d(0, 0.2, 0);
+  const double hinge_z = 1.2 + Simulation::kFloorHeight_m;
+  EXPECT_LT(std::min(std::abs(top.z() - hinge_z), std::abs(other.z() - hinge_z)), 0.001);
+}
+
+TEST_F(WorldScene, what_hangs_together_stays_together_and_is_saved) {
+  auto sim = make_in_folder("");
+  say(*sim, "world mk sbox 0.1 0.1 0.1 1 1.5 0 1 0 0");
+  // a chain of three, and a weight that is fixed to its end
+  for (int i = 0; i < 3; ++i)
+    say(*sim, "world mk box 0.02 0.1 0.02 1 " + std::to_string(1.39 - 0.12 * i) + " 0 0 1 0");
+  say(*sim, "world mk sph 0.03 1.1 1.15 0 1 1 0");
+  say(*sim, "world joint ball box 1 sbox 1 1 1.45 0");
+  say(*sim, "world joint ball box 2 box 1 1 1.33 0");
+  say(*sim, "world joint ball box 3 box 2 1 1.21 0");
+  say(*sim, "world joint fixed sph 1 box 3");
+  const auto apart = [&](const std::string& a, const std::string& b) {
+    return (sim->object(a)->X_WorldObject.inverse() * sim->object(b)->X_WorldObject).translation().eval();
+  };
+  const Eigen::Vector3d before = apart("box 3", "sph 1");
+  ASSERT_TRUE(sim->step(3).ok());
+  EXPECT_LT((apart("box 3", "sph 1") - before).norm(), 0.002) << "firmly";
+  const Eigen::Vector3d p = sim->object("box 1")->X_WorldObject.translation();
+  const Eigen::Vector3d base =
+      sim->object("sbox 1")->X_WorldObject.translation() - Eigen::Vector3d(0, 0, 0.05);
+  EXPECT_NEAR((p - base).norm(), 0.06, 0.002) << "it hangs on its point";
+  for (const char* line : {"world joint ball box 1 box 1 0 0 0", "world joint hinge box 1 box 2 0 0 0 0 0 0",
+                           "world joint hinge box 1 box 2 0 0 0", "world joint slide box 1 box 2",
+                           "world joint none box 1 world", "world joint ball sbox 1 world 0 0 0",
+                           "world joint ball box 1", "world joint fixed box 1 box 9"})
+    EXPECT_TRUE(failed(sim->world(line))) << line;
+  say(*sim, "world save chain");
+  auto other = make_in_folder("");
+  say(*other, "world load chain");
+  const auto count = [](const std::string& text) { return std::count(text.begin(), text.end(), '('); };
+  EXPECT_EQ(count(other->world("world joint")), 4);
+  say(*other, "world del box 2");
+  EXPECT_EQ(count(other->world("world joint")), 2) << "its joints go with it";
+  ASSERT_TRUE(other->step(0.5).ok());
+  say(*other, "world reset");
+  EXPECT_EQ(count(other->world("world joint")), 4);
+  say(*sim, "world joint none sph 1 box 3");
+  ASSERT_TRUE(sim->step(1).ok());
+  EXPECT_LT(sim->object("sph 1")->X_WorldObject.translation().z(), Simulation::kFloorHeight_m + 0.05)
+      << "it fell off";
+}
+
+TEST_F(WorldScene, lines_about_time_are_for_the_owner_of_the_clock) {
+  auto sim = make(robot_only());
+  std::string request;
+  const auto asks = [&](const std::string& line) {
+    EXPECT_EQ(sim->world(line, &request), "[ok]") << line;
+    return request;
+  };
+  EXPECT_EQ(asks("world time"), "get");
+  EXPECT_EQ(asks("world pause"), "pause");
+  EXPECT_EQ(asks("world go"), "run");
+  EXPECT_EQ(asks("world step"), "step 1");
+  EXPECT_EQ(asks("world step 0.5"), "step 50");
+  EXPECT_EQ(asks("world rate 2.5"), "rate 2.5");
+  EXPECT_EQ(asks("world rate max"), "rate max");
+  for (const char* line : {"world rate 0", "world rate -1", "world rate fast", "world rate", "world step 0",
+                           "world step nan", "world pause now", "world go 1"}) {
+    EXPECT_TRUE(failed(sim->world(line, &request))) << line;
+    EXPECT_EQ(request, "") << line;
+  }
+  EXPECT_NE(sim->world("world num all", &request), "");
+  EXPECT_EQ(request, "");
+  EXPECT_TRUE(failed(sim->world("world pause"))) << "nobody owns a clock";
 }
 
 TEST_F(WorldScene, light_is_set_read_and_seen) {

@@ -14,6 +14,7 @@
 #include "nido/interfaces/camera.h"
 #include "nido/interfaces/clock.h"
 #include "nido/interfaces/control_board.h"
+#include "nido/interfaces/depth_camera.h"
 #include "nido/interfaces/device.h"
 #include "nido/interfaces/inertial.h"
 #include "nido/interfaces/task_control.h"
@@ -66,7 +67,8 @@ using AnyDevice =
     std::variant<std::unique_ptr<IControlBoard>, std::unique_ptr<ICamera>, std::unique_ptr<ITouch>,
                  std::unique_ptr<IAudioGrabberSound>, std::unique_ptr<IWorld>, std::unique_ptr<IForceTorque>,
                  std::unique_ptr<IInertial>, std::unique_ptr<IAudioRender>,
-                 std::unique_ptr<ICartesianControl>, std::unique_ptr<IGazeControl>>;
+                 std::unique_ptr<ICartesianControl>, std::unique_ptr<IGazeControl>,
+                 std::unique_ptr<IDepthCamera>>;
 
 struct MadeDevice {
   AnyDevice device;

@@ -40,13 +40,14 @@ Status run(Node& node) {
   const bool makes_time = file->simulated_time || node.options().clock != ClockMode::kWall;
   const std::optional<double> rate = file->simulated_time ? settings->rate : 1.0;
   const std::int64_t start_ns = makes_time ? 0 : node.now().ns;
+  std::unique_ptr<ClockControl> clock;  // outlives the robot, whose world port asks it
   const Result<std::unique_ptr<Robot>> robot = Robot::create(node, *file, settings->run, start_ns);
   if (!robot) return robot.error();
-  std::unique_ptr<ClockControl> clock;
   if (makes_time) {
     auto control = ClockControl::open(node, rate, settings->is_paused);
     if (!control) return control.error();
     clock = std::move(*control);
+    (*robot)->set_clock([&clock](const std::string& line) { return clock->command(line); });
   }
   if (Status published = (*robot)->publish(); !published) return published;
   node.set_ready();

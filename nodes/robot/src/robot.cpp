@@ -11,6 +11,7 @@
 #include "nido/wrappers/task_wrappers.h"
 #include "nido/yarp/devices.h"
 #include "src/body_server.h"
+#include "src/depth_server.h"
 
 namespace nido {
 namespace {
@@ -122,6 +123,9 @@ Status Robot::add_server(Node& node, const ServerEntry& entry) {
                                        {period_ns, static_cast<std::int64_t>(entry.latency_s * 1e9),
                                         entry.frame, entry.on_demand});
                  },
+                 [&](std::unique_ptr<IDepthCamera>& camera) -> Opened {
+                   return serve_depth(node, port, *camera, period_ns, entry.frame);
+                 },
                  [&](std::unique_ptr<ITouch>& touch) -> Opened {
                    return serve_touch(node, port, *touch, period_ns, entry.frame);
                  },
@@ -146,6 +150,10 @@ Status Robot::add_server(Node& node, const ServerEntry& entry) {
   if (!server) return server.error();
   servers_.push_back(std::move(*server));
   return {};
+}
+
+void Robot::set_clock(std::function<std::string(const std::string&)> clock) {
+  if (simulated_) simulated_->set_clock(std::move(clock));
 }
 
 std::int64_t Robot::wait_for_far_time(std::int64_t now_ns, std::int64_t period_ns,

@@ -31,6 +31,8 @@ class Robot {
   Status publish();
   // Whether time is made by a robot on a network, and not by this process.
   [[nodiscard]] bool has_far_time() const { return yarp_network_ != nullptr; }
+  // How the world port asks the owner of the clock; nothing without a simulator. Before the first step.
+  void set_clock(std::function<std::string(const std::string&)> clock);
   // Waits for the end of the control period that began at now_ns, by the far robot's time: usually period_ns
   // later; more, in whole periods, when this side has fallen behind by more than 50 ms. When nothing comes
   // from there, by the wall clock. Only with has_far_time().

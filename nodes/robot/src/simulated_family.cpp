@@ -4,6 +4,7 @@
 
 #include "nido/simulator/devices/simulated_camera.h"
 #include "nido/simulator/devices/simulated_control_board.h"
+#include "nido/simulator/devices/simulated_depth_camera.h"
 #include "nido/simulator/devices/simulated_robot.h"
 #include "nido/simulator/devices/simulated_sensors.h"
 #include "src/device_registry.h"
@@ -114,7 +115,7 @@ std::vector<Field> picture_fields(const std::string& width, const std::string& h
            .max = 4096}};
 }
 
-Result<MadeDevice> make_eye(const YAML::Node& parameters, const Robot& robot, std::uint64_t seed) {
+sim::Camera optics_of(const YAML::Node& parameters) {
   sim::Camera optics;
   optics.width = parameters["width"].as<int>();
   optics.height = parameters["height"].as<int>();
@@ -122,11 +123,24 @@ Result<MadeDevice> make_eye(const YAML::Node& parameters, const Robot& robot, st
   optics.fx_px = optics.fy_px = optics.height / 2.0 / std::tan(fov_rad / 2);
   optics.cx_px = optics.width / 2.0;
   optics.cy_px = optics.height / 2.0;
-  const sim::Eye eye = parameters["eye"].as<std::string>() == "left" ? sim::Eye::kLeft : sim::Eye::kRight;
+  return optics;
+}
+
+sim::Eye eye_of(const YAML::Node& parameters) {
+  return parameters["eye"].as<std::string>() == "left" ? sim::Eye::kLeft : sim::Eye::kRight;
+}
+
+Result<MadeDevice> make_eye(const YAML::Node& parameters, const Robot& robot, std::uint64_t seed) {
+  const sim::Eye eye = eye_of(parameters);
   // the two eyes must not see the same noise
   const sim::NoiseOptions noise{parameters["blur_px"].as<double>(), parameters["noise_levels"].as<double>(),
                                 2 * seed + (eye == sim::Eye::kLeft ? 1 : 2)};
-  return as_device<ICamera>(sim::SimulatedCamera::create(robot, eye, optics, noise));
+  return as_device<ICamera>(sim::SimulatedCamera::create(robot, eye, optics_of(parameters), noise));
+}
+
+Result<MadeDevice> make_depth_eye(const YAML::Node& parameters, const Robot& robot, std::uint64_t) {
+  return as_device<IDepthCamera>(
+      sim::SimulatedDepthCamera::create(robot, eye_of(parameters), optics_of(parameters)));
 }
 
 Result<MadeDevice> make_fixed_camera(const YAML::Node& parameters, const Robot& robot, std::uint64_t) {
@@ -140,7 +154,7 @@ Result<MadeDevice> make_fixed_camera(const YAML::Node& parameters, const Robot& 
   return as_device<ICamera>(sim::SimulatedCamera::create_fixed(robot, camera));
 }
 
-std::vector<Field> eye_fields() {
+std::vector<Field> depth_eye_fields() {
   std::vector<Field> fields = picture_fields("320", "240");
   fields.push_back({.key = "eye", .required = true, .meaning = "which one", .allowed = {"left", "right"}});
   // 257.34 pixels of focal length at a height of 240
@@ -150,6 +164,11 @@ std::vector<Field> eye_fields() {
                     .meaning = "field of view",
                     .min = 1,
                     .max = 170});
+  return fields;
+}
+
+std::vector<Field> eye_fields() {
+  std::vector<Field> fields = depth_eye_fields();
   fields.push_back({.key = "blur_px",
                     .kind = ValueKind::kNumber,
                     .fallback = "0",
@@ -187,6 +206,7 @@ std::vector<DeviceKind> simulated_family() {
       kind("sim/control_board", {{.key = "part", .required = true, .meaning = "part of the body"}},
            &make_control_board),
       kind("sim/eye", eye_fields(), &make_eye),
+      kind("sim/depth_eye", depth_eye_fields(), &make_depth_eye),
       kind("sim/fixed_camera", fixed_camera_fields(), &make_fixed_camera),
       kind("sim/touch",
            {{.key = "hand", .required = true, .meaning = "which one", .allowed = {"left", "right"}}},

@@ -13,19 +13,45 @@ Darkroom::~Darkroom() {
   }
   changed_.notify_one();
   thread_.join();
-  for (Job& job : jobs_) job.done.set_value(Error{ErrorCode::kInterrupted, "the simulation ends"});
+  for (Job& job : jobs_) job.work(Error{ErrorCode::kInterrupted, "the simulation ends"});
 }
 
-std::future<Result<Image>> Darkroom::draw(std::shared_ptr<const SceneSnapshot> scene, const Camera& camera,
-                                          Image storage, Finish finish) {
-  Job job{std::move(scene), camera, std::move(storage), std::move(finish), {}};
-  std::future<Result<Image>> picture = job.done.get_future();
+void Darkroom::add(Job job) {
   {
     const std::lock_guard lock(mutex_);
     jobs_.push_back(std::move(job));
   }
   changed_.notify_one();
-  return picture;
+}
+
+std::future<Result<Image>> Darkroom::draw(std::shared_ptr<const SceneSnapshot> scene, const Camera& camera,
+                                          Image storage, Finish finish) {
+  // functions are copyable, promises and pictures are shared
+  auto done = std::make_shared<std::promise<Result<Image>>>();
+  auto picture = std::make_shared<Image>(std::move(storage));
+  std::future<Result<Image>> drawn = done->get_future();
+  add({std::move(scene), [this, camera, done, picture, finish = std::move(finish)](const Status& ready) {
+         Status status = ready;
+         if (status) status = renderer_.render(camera, *picture);
+         if (!status) return done->set_value(status.error());
+         if (finish) finish(*picture);
+         done->set_value(std::move(*picture));
+       }});
+  return drawn;
+}
+
+std::future<Result<DepthImage>> Darkroom::measure(std::shared_ptr<const SceneSnapshot> scene,
+                                                  const Camera& camera) {
+  auto done = std::make_shared<std::promise<Result<DepthImage>>>();
+  std::future<Result<DepthImage>> measured = done->get_future();
+  add({std::move(scene), [this, camera, done](const Status& ready) {
+         DepthImage depth;
+         Status status = ready;
+         if (status) status = renderer_.renderDepth(camera, depth);
+         if (!status) return done->set_value(status.error());
+         done->set_value(std::move(depth));
+       }});
+  return measured;
 }
 
 void Darkroom::work() {
@@ -33,25 +59,22 @@ void Darkroom::work() {
   for (;;) {
     changed_.wait(lock, [this] { return ending_ || !jobs_.empty(); });
     if (ending_) return;
-    Job job = std::move(jobs_.front());
+    const Job job = std::move(jobs_.front());
     jobs_.pop_front();
     lock.unlock();
-    job.done.set_value(draw_now(job));
+    job.work(show(job.scene));
     lock.lock();
   }
 }
 
-Result<Image> Darkroom::draw_now(Job& job) {
-  if (job.scene != drawn_) {
-    if (Status set = renderer_.setScene(*job.scene); !set) return set.error();
-    if (!drawn_ || !(drawn_->light == job.scene->light)) {
-      if (Status set = renderer_.setLighting(job.scene->light); !set) return set.error();
-    }
-    drawn_ = job.scene;
+Status Darkroom::show(const std::shared_ptr<const SceneSnapshot>& scene) {
+  if (scene == drawn_) return {};
+  if (Status set = renderer_.setScene(*scene); !set) return set;
+  if (!drawn_ || !(drawn_->light == scene->light)) {
+    if (Status set = renderer_.setLighting(scene->light); !set) return set;
   }
-  if (Status drawn = renderer_.render(job.camera, job.picture); !drawn) return drawn.error();
-  if (job.finish) job.finish(job.picture);
-  return std::move(job.picture);
+  drawn_ = scene;
+  return {};
 }
 
 }  // namespace nido::sim

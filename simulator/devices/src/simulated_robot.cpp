@@ -21,6 +21,11 @@ Result<std::shared_ptr<SimulatedRobot>> SimulatedRobot::create(const SimulationO
 SimulatedRobot::SimulatedRobot(std::unique_ptr<Simulation> simulation, Renderer renderer)
     : simulation_(std::move(simulation)), darkroom_(std::move(renderer)) {}
 
+void SimulatedRobot::set_clock(ClockCommand clock) {
+  const std::lock_guard lock(mutex_);
+  clock_ = std::move(clock);
+}
+
 Status SimulatedRobot::step_to(std::int64_t now_ns) {
   const std::lock_guard lock(mutex_);
   while (now_ns_.load() < now_ns) {
@@ -33,13 +38,21 @@ Status SimulatedRobot::step_to(std::int64_t now_ns) {
 
 std::future<Result<Image>> SimulatedRobot::begin_picture(const Camera& camera, Image storage,
                                                          Darkroom::Finish finish) {
+  storage.stamp_ns = now_ns_.load();
+  return darkroom_.draw(scene(), camera, std::move(storage), std::move(finish));
+}
+
+std::future<Result<DepthImage>> SimulatedRobot::begin_depth(const Camera& camera) {
+  return darkroom_.measure(scene(), camera);
+}
+
+std::shared_ptr<const SceneSnapshot> SimulatedRobot::scene() {
   if (!scene_) {
     auto scene = std::make_shared<SceneSnapshot>();
     simulation_->scene(*scene);
     scene_ = std::move(scene);
   }
-  storage.stamp_ns = now_ns_.load();
-  return darkroom_.draw(scene_, camera, std::move(storage), std::move(finish));
+  return scene_;
 }
 
 }  // namespace nido::sim

@@ -16,10 +16,16 @@ Result<TouchReading> SimulatedTouch::read_touch() const {
 }
 
 std::string SimulatedWorld::command(const std::string& line) {
-  const std::lock_guard lock(robot_->mutex());
-  std::string answer = robot_->simulation().world(line);
-  robot_->scene_changed();
-  return answer;
+  std::string request;
+  SimulatedRobot::ClockCommand clock;
+  std::string answer;
+  {
+    const std::lock_guard lock(robot_->mutex());
+    clock = robot_->clock();
+    answer = robot_->simulation().world(line, clock ? &request : nullptr);
+    robot_->scene_changed();
+  }
+  return request.empty() ? answer : clock(request);
 }
 
 Result<std::unique_ptr<SimulatedForceTorque>> SimulatedForceTorque::create(

@@ -195,7 +195,9 @@ class Simulation {
   // ------------------------------------------------------------------------------------------------- One
   // line of the world vocabulary (docs/world.md): "world mk box 0.05 0.05 0.05 0 0.6 0.3 1 0 0". Replies
   // "[ok]", values, or `[fail] "reason"`; a refused line changes nothing.
-  std::string world(const std::string& line);
+  // Lines about time are for the owner of the clock: what to ask it comes in `clock_request`, else empty;
+  // without one they are refused.
+  std::string world(const std::string& line, std::string* clock_request = nullptr);
 
   // The inside; known to the library only.
   struct Impl;

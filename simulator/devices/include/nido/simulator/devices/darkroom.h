@@ -10,6 +10,7 @@
 
 #include "nido/interfaces/camera.h"
 #include "nido/interfaces/result.h"
+#include "nido/simulator/render/depth_image.h"
 #include "nido/simulator/render/renderer.h"
 
 namespace nido::sim {
@@ -29,17 +30,18 @@ class Darkroom {
   using Finish = std::function<void(Image&)>;
   std::future<Result<Image>> draw(std::shared_ptr<const SceneSnapshot> scene, const Camera& camera,
                                   Image storage, Finish finish = {});
+  // Asks for the depth and the instances of a scene.
+  std::future<Result<DepthImage>> measure(std::shared_ptr<const SceneSnapshot> scene, const Camera& camera);
 
  private:
+  // What is to be done with a scene; told when it cannot be: because the darkroom ends or the scene is bad.
   struct Job {
     std::shared_ptr<const SceneSnapshot> scene;
-    Camera camera;
-    Image picture;
-    Finish finish;
-    std::promise<Result<Image>> done;
+    std::function<void(const Status& ready)> work;
   };
+  void add(Job job);
   void work();
-  Result<Image> draw_now(Job& job);
+  Status show(const std::shared_ptr<const SceneSnapshot>& scene);
 
   Renderer renderer_;                           // of the thread alone
   std::shared_ptr<const SceneSnapshot> drawn_;  // what the renderer has; of the thread alone

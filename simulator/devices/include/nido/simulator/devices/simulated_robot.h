@@ -3,6 +3,7 @@
 #include <atomic>
 #include <condition_variable>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <mutex>
 
@@ -54,8 +55,17 @@ class SimulatedRobot final : public ISteppable, public IClock {
   [[nodiscard]] FairMutex& mutex() const { return mutex_; }
   [[nodiscard]] Simulation& simulation() { return *simulation_; }
   [[nodiscard]] const Simulation& simulation() const { return *simulation_; }
+  // How the owner of the clock is asked, by a line, for a line; may wait for steps of the simulation, so call
+  // it without the lock. Null: nobody owns one.
+  using ClockCommand = std::function<std::string(const std::string&)>;
+  void set_clock(ClockCommand clock);
+  [[nodiscard]] const ClockCommand& clock() const { return clock_; }
   // Begins a picture of the scene as it is now, to be stamped with the present time. See Darkroom::draw.
   std::future<Result<Image>> begin_picture(const Camera& camera, Image storage, Darkroom::Finish finish);
+  // Begins to measure depth and instances of the scene as it is now.
+  std::future<Result<DepthImage>> begin_depth(const Camera& camera);
+  // The scene as it is now.
+  std::shared_ptr<const SceneSnapshot> scene();
   // Tells that the scene changed other than by a step: the world port made or moved something.
   void scene_changed() { scene_.reset(); }
 
@@ -63,6 +73,7 @@ class SimulatedRobot final : public ISteppable, public IClock {
   SimulatedRobot(std::unique_ptr<Simulation> simulation, Renderer renderer);
 
   mutable FairMutex mutex_;
+  ClockCommand clock_;
   std::unique_ptr<Simulation> simulation_;
   std::shared_ptr<const SceneSnapshot> scene_;  // of this moment, if somebody asked for a picture
   Darkroom darkroom_;
