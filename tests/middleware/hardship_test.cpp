@@ -82,6 +82,7 @@ TEST_F(Hardship, AConnectionThatThereAreNoFilesForIsMadeWhenThereAreSome) {
 
 TEST_F(Hardship, ALargeMessageThatThereAreNoFilesForIsRefusedOrCounted) {
   const auto large = text(std::string(100'000, 'x'));
+  std::uint64_t came = 0;
   {
     // no shared memory
     const FewFiles few(0);
@@ -98,9 +99,14 @@ TEST_F(Hardship, ALargeMessageThatThereAreNoFilesForIsRefusedOrCounted) {
     const FewFiles few(1);
     ASSERT_TRUE(out_->write(large));
     ASSERT_TRUE(out_->write(text("behind it")));
-    ASSERT_TRUE(first_->wait_for_message(kPatience_s));
-    EXPECT_EQ(first_->take()->data(), "behind it");
-    EXPECT_EQ(first_->connections().at(0).lost, 1U);
+    std::string got;
+    while (got != "behind it") {
+      ASSERT_TRUE(first_->wait_for_message(kPatience_s));
+      got = first_->take()->data();
+      came += got == large.data() ? 1 : 0;
+    }
+    // some other file of this process may have been closed meanwhile, then it came
+    EXPECT_EQ(first_->connections().at(0).lost + came, 1U);
   }
   // the same piece of shared memory again, and again
   for (int i = 0; i < 5; ++i) {
@@ -108,7 +114,7 @@ TEST_F(Hardship, ALargeMessageThatThereAreNoFilesForIsRefusedOrCounted) {
     ASSERT_TRUE(first_->wait_for_message(kPatience_s)) << i;
     EXPECT_EQ(first_->take()->data().size(), 100'000U);
   }
-  EXPECT_EQ(first_->connections().at(0).lost, 1U);
+  EXPECT_EQ(first_->connections().at(0).lost + came, 1U);
 }
 
 }  // namespace
