@@ -29,6 +29,22 @@ std::string load_error(const std::string& content) {
 constexpr const char* kHead = "objects:\n  - {name: red ball, colour: red, shape: ball}\n";
 constexpr const char* kWords = "pronunciations:\n  red: [R EH D]\n  ball: [B AO L]\n";
 
+TEST(PhraseBook, NamesForThingsThatAreTaughtAreSentencesOfTheirOwn) {
+  PhraseBook book = shipped();
+  const auto before = book.texts().size();
+  EXPECT_FALSE(book.add_name("banana"));  // nobody knows how it sounds
+  EXPECT_EQ(book.texts().size(), before);
+  for (const char* word : {"this", "is", "a", "banana"}) book.pronunciations[word] = {"AH"};
+  ASSERT_TRUE(book.add_name(" banana"));
+  EXPECT_EQ(book.texts().back(), "this is a banana");
+  EXPECT_TRUE(book.names_a_thing("this is a banana"));
+  EXPECT_FALSE(book.names_a_thing("this is a lemon"));
+  EXPECT_FALSE(book.find("this is a banana"));  // not an order
+  EXPECT_FALSE(book.add_name("banana"));
+  EXPECT_FALSE(book.add_name(""));
+  EXPECT_EQ(book.texts().size(), before + 1);
+}
+
 TEST(Phrases, ShippedFileHoldsTheTwentyEightOfTheExperiment) {
   const PhraseBook book = shipped();
   EXPECT_EQ(book.phrases.size(), 28U);

@@ -15,6 +15,8 @@ double Loop::run(double duration_s, const std::function<bool(const vision::Visio
     vision::VisionInputs in = stage_.inputs(tick_++ % 3 == 0);
     in.gaze = goal_;
     goal_.reset();
+    in.called = called_;
+    called_.reset();
     vision::VisionOutputs out = core_->step(Time{stage_.simulation().time_ns()}, std::move(in));
     EXPECT_TRUE(out.warnings.empty()) << out.warnings.front();
     if (!out.pictures_stamp) {

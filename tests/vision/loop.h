@@ -13,8 +13,11 @@ class Loop {
   Loop(Stage& stage, const vision::TemplateSet& templates);
 
   void set_goal(const vision::GazeGoal& goal) { goal_ = goal; }
+  // Somebody says what the thing in the middle of the view is called.
+  void call(const std::string& name) { called_ = name; }
   // Runs for `duration_s` or until `done(outputs)` after a tick; the time it took, s.
   double run(double duration_s, const std::function<bool(const vision::VisionOutputs&)>& done = {});
+  [[nodiscard]] const vision::TemplateSet& templates() const { return core_->templates(); }
   // Of the last tick; the things and hands are those of the last pictures.
   [[nodiscard]] const vision::VisionOutputs& last() const { return last_; }
 
@@ -22,6 +25,7 @@ class Loop {
   Stage& stage_;
   std::unique_ptr<vision::VisionCore> core_;
   std::optional<vision::GazeGoal> goal_;
+  std::optional<std::string> called_;
   vision::VisionOutputs last_;
   int tick_ = 0;
 };

@@ -30,6 +30,7 @@ const std::vector<Experiment>& known_experiments() {
       {"speech", "understands the phrases by voice and noise (Table IV)"},
       {"speech-and-action", "does what it is told on random tables (Figure 19)"},
       {"attention", "keeps its eyes on what moves (Section VI)"},
+      {"teaching", "learns things that are shown and named, and finds them again"},
       {"all", "all of them, one after the other, in one report"},
   };
   return list;

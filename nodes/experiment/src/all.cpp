@@ -44,6 +44,7 @@ const std::vector<Experiment>& experiments() {
       {"speech", 1, 1},
       {"speech-and-action", 28, 112, {"--say", "all"}},
       {"attention", 16, 16},
+      {"teaching", 10, 20},
   };
   return list;
 }

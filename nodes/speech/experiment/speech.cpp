@@ -63,6 +63,7 @@ struct Cell {
   double sound_s = 0.0;
   double work_s = 0.0;                // wall time
   std::vector<std::string> mistakes;  // a line each
+  std::vector<std::string> answers;   // a line each: what was said, what fitted, how well
 };
 
 struct Conditions {
@@ -106,6 +107,15 @@ Result<Answer> say(SpeechCore& core, double& now_s, std::vector<std::int16_t> sa
   return answer;
 }
 
+void note(Cell& cell, const Conditions& conditions, const std::string& kind, const std::string& text,
+          const Answer& answer) {
+  for (const HeardPhrase& heard : answer.heard) {
+    cell.answers.push_back(fmt::format("{}\t{}\t{}\t{}\t{}\t{}\t{}\t{:.3f}\t{:.1f}", conditions.voice,
+                                       conditions.speed, conditions.noise.name, kind, text, heard.nearest,
+                                       heard.accepted ? 1 : 0, heard.misfit, heard.loudness_db));
+  }
+}
+
 // Every `step`-th phrase from `first` on, and some other speech.
 Result<Cell> run_cell(const PhraseBook& book, SpeechSettings settings, const Conditions& conditions,
                       std::size_t first, std::size_t step, const std::vector<OtherSpeech>& others,
@@ -132,6 +142,7 @@ Result<Cell> run_cell(const PhraseBook& book, SpeechSettings settings, const Con
     const auto answer = hear(speak(phrase.text, voice, 0.5, kSilenceAfter_s));
     if (!answer) return answer.error();
     ++cell.said;
+    note(cell, conditions, "phrase", phrase.text, *answer);
     bool right = false;
     bool wrong = false;
     for (const HeardPhrase& heard : answer->heard) {
@@ -165,6 +176,7 @@ Result<Cell> run_cell(const PhraseBook& book, SpeechSettings settings, const Con
                                           conditions.voice, conditions.speed, conditions.noise.name,
                                           other.kind, other.text, heard.text, heard.confidence));
     }
+    note(cell, conditions, other.kind, other.text, *answer);
     auto& [said, taken] = cell.others[other.kind];
     ++said;
     taken += std::any_of(answer->heard.begin(), answer->heard.end(),
@@ -187,6 +199,7 @@ void add(Cell& sum, const Cell& cell) {
   sum.latency_s.insert(sum.latency_s.end(), cell.latency_s.begin(), cell.latency_s.end());
   sum.end_pointing_s.insert(sum.end_pointing_s.end(), cell.end_pointing_s.begin(), cell.end_pointing_s.end());
   sum.mistakes.insert(sum.mistakes.end(), cell.mistakes.begin(), cell.mistakes.end());
+  sum.answers.insert(sum.answers.end(), cell.answers.begin(), cell.answers.end());
   sum.sound_s += cell.sound_s;
   sum.work_s += cell.work_s;
 }
@@ -327,8 +340,11 @@ Status run(const Request& request) {
   if (const Status saved = save_and_print(report, request.out); !saved) return saved;
   // line by line what was not understood or taken for a phrase
   std::ofstream mistakes(std::filesystem::path(request.out) / "mistakes.txt");
+  // and every answer: voice, speed, noise, kind, what was said, what fits best, accepted, misfit, loudness
+  std::ofstream answers(std::filesystem::path(request.out) / "answers.tsv");
   for (const auto& [key, cell] : cells) {
     for (const std::string& line : cell.mistakes) mistakes << line << '\n';
+    for (const std::string& line : cell.answers) answers << line << '\n';
   }
   if (interrupt.raised()) return Error{ErrorCode::kInterrupted, "interrupted: the report has what was done"};
   return {};

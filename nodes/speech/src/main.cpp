@@ -99,6 +99,21 @@ class Teller {
   std::unique_ptr<Output<msgs::Audio>> sound_;
 };
 
+// A name for things that are taught, with what its words sound like.
+Status add_name(const SpeechCore& core, const std::string& name, PhraseBook& book) {
+  std::vector<std::string> unknown;
+  for (const std::string& word : split_words(kNaming + name)) {
+    if (!book.pronunciations.contains(word)) unknown.push_back(word);
+  }
+  const auto sounds = core.pronunciations(unknown);
+  if (!sounds) return sounds.error();
+  PhraseBook more = book;
+  more.pronunciations.insert(sounds->begin(), sounds->end());
+  if (const Status added = more.add_name(name); !added) return added;
+  book = std::move(more);
+  return {};
+}
+
 // Answers lines of text about the phrases. The service has a thread of its own; the book is changed between
 // two ticks.
 class Rpc {
@@ -109,7 +124,7 @@ class Rpc {
     const std::lock_guard lock(mutex_);
     const auto words = split_words(line);
     const std::string verb = words.empty() ? "" : words[0];
-    if (verb == "help") return std::string("list | add VERB COLOUR SHAPE TEXT... | reload");
+    if (verb == "help") return std::string("list | add VERB COLOUR SHAPE TEXT... | name WORD... | reload");
     if (verb == "list") return fmt::format("{}", fmt::join(book_.texts(), "\n"));
     PhraseBook book = book_;
     if (verb == "reload") {
@@ -118,15 +133,20 @@ class Rpc {
       book = std::move(read).value();
     } else if (verb == "add") {
       if (const Status added = add(words, core, book); !added) return added.error();
+    } else if (verb == "name") {
+      const std::string name = fmt::format("{}", fmt::join(words.begin() + 1, words.end(), " "));
+      if (const Status added = add_name(core, name, book); !added) return added.error();
     } else {
       return Error{
           ErrorCode::kInvalidArgument,
-          fmt::format("'{}' is unknown; allowed are list, add VERB COLOUR SHAPE TEXT..., reload, help",
-                      verb)};
+          fmt::format(
+              "'{}' is unknown; allowed are list, add VERB COLOUR SHAPE TEXT..., name WORD..., reload, help",
+              verb)};
     }
     if (const Status taken = core.set_book(book); !taken) return taken.error();
     book_ = std::move(book);
-    return fmt::format("ok, {} phrases", book_.phrases.size());
+    return verb == "name" ? fmt::format("ok, {} names", book_.names.size())
+                          : fmt::format("ok, {} phrases", book_.phrases.size());
   }
   // The first phrase that asks for the same as this one: those who act know the phrases of the file only.
   [[nodiscard]] std::string as_in_the_file(const std::string& text) const {
@@ -171,12 +191,21 @@ Status run(Node& node) {
   if (!places) return places.error();
   const auto phrases = node.parameter<std::string>("phrases", (places->config / "phrases.yaml").string());
   if (!phrases) return phrases.error();
-  const auto book = PhraseBook::load(*phrases);
+  auto book = PhraseBook::load(*phrases);
   if (!book) return book.error();
   const auto settings = read_settings(node, (places->config / "speech_model").string());
   if (!settings) return settings.error();
   const auto core = SpeechCore::create(*book, *settings);
   if (!core) return core.error();
+
+  const auto names = node.parameter<std::vector<std::string>>("names", {});
+  if (!names) return names.error();
+  for (const std::string& name : *names) {
+    if (const Status added = add_name(**core, name, *book); !added) return added;
+  }
+  if (!names->empty()) {
+    if (const Status taken = (*core)->set_book(*book); !taken) return taken;
+  }
 
   // ten seconds of sound in blocks of 10 ms may wait
   const auto audio = node.open_input<msgs::Audio>("/speech/audio:i", Profile::kEvent, 1000);

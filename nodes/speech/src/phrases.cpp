@@ -141,7 +141,28 @@ std::vector<std::string> PhraseBook::texts() const {
   std::vector<std::string> all;
   for (const auto& phrase : phrases) all.push_back(phrase.text);
   all.insert(all.end(), interruptions.begin(), interruptions.end());
+  for (const auto& name : names) all.push_back(kNaming + name);
   return all;
+}
+
+bool PhraseBook::names_a_thing(const std::string& text) const {
+  return std::any_of(names.begin(), names.end(),
+                     [&](const std::string& name) { return text == kNaming + name; });
+}
+
+Status PhraseBook::add_name(const std::string& name) {
+  const std::string clean = fmt::format("{}", fmt::join(split_words(name), " "));
+  if (clean.empty() || names_a_thing(kNaming + clean)) {
+    return Error{ErrorCode::kInvalidArgument,
+                 fmt::format("'{}' is known already as a name, or empty", clean)};
+  }
+  for (const auto& word : split_words(kNaming + clean)) {
+    if (!pronunciations.contains(word)) {
+      return Error{ErrorCode::kInvalidArgument, fmt::format("the word '{}' has no pronunciation", word)};
+    }
+  }
+  names.push_back(clean);
+  return {};
 }
 
 Status PhraseBook::add(const std::string& text, Verb verb, const NamedObject& object) {

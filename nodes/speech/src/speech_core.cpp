@@ -79,11 +79,16 @@ double misfit(const std::vector<Decoder::Segment>& words, const std::vector<Deco
   return frames > 0.0 ? sum / frames + kWorst * worst : std::numeric_limits<double>::infinity();
 }
 
-// 0.5 at the bound between what is a phrase and what is not
-double confidence_of(double misfit) {
-  constexpr double kBound = 1.0;
+// 0.5 at the bound between what is a phrase and what is not. Noise makes the words of a phrase fit worse and
+// hardly harms the best sounds, so the bound rises with it.
+double confidence_of(double misfit, double loudness_db) {
+  constexpr double kQuietBound = 0.8;
+  constexpr double kQuiet_db = 40.0;  // loudness over the background from which on noise does not matter
+  constexpr double kRise = 0.03;      // of the bound, a dB
+  constexpr double kMostRise = 0.8;
   constexpr double kSteepness = 2.0;
-  return 1.0 / (1.0 + std::exp(kSteepness * (misfit - kBound)));
+  const double bound = kQuietBound + std::clamp(kRise * (kQuiet_db - loudness_db), 0.0, kMostRise);
+  return 1.0 / (1.0 + std::exp(kSteepness * (misfit - bound)));
 }
 
 std::string text_of(const std::vector<Decoder::Segment>& words) {
@@ -184,7 +189,7 @@ struct SpeechCore::Impl {
   }
 
   [[nodiscard]] bool knows(const std::string& text) const {
-    return book.find(text).has_value() || book.interrupts(text);
+    return book.find(text).has_value() || book.interrupts(text) || book.names_a_thing(text);
   }
 
   // works on one chunk; returns the utterance that ended in it
@@ -229,13 +234,17 @@ struct SpeechCore::Impl {
       words = decoders.words.decode(utterance);
       phones = sounds.get();
     }
+    const double loudness_db = 20.0 * std::log10(std::max(loudest, 1.0));
     start();
     if (!worth_it) return std::nullopt;
 
     HeardPhrase heard;
     heard.end_s = end_s;
     const std::string text = text_of(words);
-    heard.confidence = confidence_of(misfit(words, phones));
+    heard.nearest = text;
+    heard.misfit = misfit(words, phones);
+    heard.loudness_db = loudness_db;
+    heard.confidence = confidence_of(heard.misfit, heard.loudness_db);
     if (too_long) {
       heard.reason = fmt::format("no such phrase: somebody spoke for more than {:.0f} s without a pause",
                                  settings.longest_s);

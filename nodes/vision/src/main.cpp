@@ -6,6 +6,7 @@
 #include "nido/middleware/node.h"
 #include "nido/middleware/typed_port.h"
 #include "nido/msgs/types.h"
+#include "nido/speech/phrases.h"
 #include "nido/vision/vision_core.h"
 
 namespace nido {
@@ -21,10 +22,12 @@ struct Ports {
   std::unique_ptr<Input<msgs::JointState>> head;
   std::unique_ptr<Input<msgs::JointState>> torso;
   std::unique_ptr<Input<msgs::GazeGoal>> gaze;
+  std::unique_ptr<Input<msgs::Heard>> heard;
   std::unique_ptr<Output<msgs::Percepts>> objects;
   std::unique_ptr<Output<msgs::HandView>> hand;
   std::unique_ptr<Output<msgs::GazeStatus>> status;
   std::unique_ptr<Output<msgs::JointCommand>> command;
+  std::unique_ptr<Output<msgs::StageEvent>> taught;
 };
 
 template <class T>
@@ -52,6 +55,8 @@ Status open_ports(Node& node, Ports& ports) {
   if (Status s = open(node, ports.head, "/vision/head:i", Profile::kState, 64); !s) return s;
   if (Status s = open(node, ports.torso, "/vision/torso:i", Profile::kState, 64); !s) return s;
   if (Status s = open(node, ports.gaze, "/vision/gaze:i", Profile::kEvent, 16); !s) return s;
+  if (Status s = open(node, ports.heard, "/vision/heard:i", Profile::kEvent, 16); !s) return s;
+  if (Status s = open(node, ports.taught, "/vision/taught:o", Profile::kEvent); !s) return s;
   if (Status s = open(node, ports.objects, "/vision/objects:o", Profile::kState); !s) return s;
   if (Status s = open(node, ports.hand, "/vision/hand:o", Profile::kState); !s) return s;
   if (Status s = open(node, ports.status, "/vision/gaze/status:o", Profile::kState); !s) return s;
@@ -110,6 +115,11 @@ VisionInputs take_in(Ports& ports) {
                                message->target(),
                                {message->point().x(), message->point().y(), message->point().z()}};
   }
+  // a person shows a thing and says what it is
+  while (const auto message = ports.heard->take()) {
+    if (message->accepted() && message->text().starts_with(kNaming))
+      in.called = message->text().substr(std::string_view(kNaming).size());
+  }
   return in;
 }
 
@@ -167,6 +177,15 @@ Status put_out(Ports& ports, const VisionOutputs& out, Time now, const std::stri
       if (hand.side != side) continue;
       if (Status s = ports.hand->write(to_message(hand, *out.pictures_stamp)); !s) return s;
     }
+  }
+  if (out.taught) {
+    msgs::StageEvent event;
+    event.header(header_at(now));
+    event.stage("taught");
+    event.state(out.taught->learned ? "done" : "failed");
+    event.object(out.taught->name);
+    event.text(out.taught->text + ".");
+    if (Status s = ports.taught->write(event); !s) return s;
   }
   if (out.gaze) {
     msgs::GazeStatus status;

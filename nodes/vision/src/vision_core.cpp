@@ -1,5 +1,7 @@
 #include "nido/vision/vision_core.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -53,11 +55,39 @@ void VisionCore::look(Time stamp, VisionOutputs& out) {
   out.pictures_stamp = stamp;
   out.objects = tracker_.step(input);
   out.hands = hand_finder_.find(input);
+  if (learner_ && !input.eyes_fast) learn(input, out);
   for (std::size_t h = 0; h < 2; ++h) {
     if (!out.hands[h].visible) continue;
     p_RootHand_m_[h] = out.hands[h].p_RootKnuckle_m;
     hand_seen_[h] = stamp;
   }
+}
+
+void VisionCore::learn(const StereoBlobs& pictures, VisionOutputs& out) {
+  constexpr int kPatience = 3 * Learner::kViews;  // pairs of pictures
+  const Status seen = learner_->view(pictures);
+  ++tries_;
+  if (learner_->views() < Learner::kViews && tries_ < kPatience) return;
+  VisionOutputs::Taught taught{learning_, false, ""};
+  auto learned = learner_->learned();
+  if (learner_->views() < Learner::kViews) {
+    taught.text = seen ? fmt::format("I did not see the {} long enough", learning_) : seen.error().message;
+  } else if (!learned) {
+    taught.text = learned.error().message;
+  } else {
+    taught.learned = true;
+    const Eigen::Vector3d size_m = learned->object.body.extents_m();
+    taught.text = fmt::format("I know the {} now: {} of {:.0f} x {:.0f} x {:.0f} mm, {}", learning_,
+                              learned->object.shape, 1000 * size_m.x(), 1000 * size_m.y(), 1000 * size_m.z(),
+                              learned->object.colour);
+    if (learned->colour) templates_.colours.push_back(*learned->colour);
+    // what was taught last is what it looks like; things of the file keep their looks
+    templates_.objects.push_back(std::move(learned->object));
+    for (auto& finder : finders_) finder = BlobFinder(ColourTable(templates_.colours), settings_.min_blob_px);
+    tracker_ = ObjectTracker(templates_, settings_.tracker);
+  }
+  out.taught = std::move(taught);
+  learner_.reset();
 }
 
 VisionOutputs VisionCore::step(Time now, VisionInputs inputs) {
@@ -93,6 +123,11 @@ VisionOutputs VisionCore::step(Time now, VisionInputs inputs) {
         fresh_[e] = true;
       }
     }
+  }
+  if (inputs.called) {
+    learner_.emplace(*inputs.called, templates_);
+    learning_ = *inputs.called;
+    tries_ = 0;
   }
   if (inputs.gaze) refuse(gaze_->set_goal(*inputs.gaze));
   if (head_.empty() || torso_.empty()) return out;

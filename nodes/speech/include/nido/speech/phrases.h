@@ -33,11 +33,15 @@ struct Phrase {
   std::size_t object_index = 0;  // into PhraseBook::objects
 };
 
+// "this is a banana": what a person says who shows the robot a thing.
+inline constexpr const char* kNaming = "this is a ";
+
 // All that the robot understands. Read from config/phrases.yaml; a plain value.
 struct PhraseBook {
   std::vector<NamedObject> objects;
   std::vector<Phrase> phrases;
   std::vector<std::string> interruptions;  // texts that end whatever it does: "stop"
+  std::vector<std::string> names;  // that things can be taught under, in sentences of kNaming: "banana"
   // Words of other people's speech, which the acoustic model is adapted with, too (training/).
   std::vector<std::string> other_words;
   std::map<std::string, std::vector<std::string>> pronunciations;  // word -> ARPAbet phones, at least one
@@ -48,11 +52,17 @@ struct PhraseBook {
   // The phrase with exactly this text; nothing if there is none.
   [[nodiscard]] std::optional<std::size_t> find(const std::string& text) const;
   [[nodiscard]] bool interrupts(const std::string& text) const;
-  // Every text that can be said: phrases, then interruptions.
+  // A sentence that names a thing with one of `names`.
+  [[nodiscard]] bool names_a_thing(const std::string& text) const;
+  // Every text that can be said: phrases, interruptions, sentences that name things.
   [[nodiscard]] std::vector<std::string> texts() const;
   // Adds a phrase about a new or a known object. Refused with kInvalidArgument, changing nothing, if the text
   // is there already, a word has no pronunciation, or the object is known with another colour or shape.
   Status add(const std::string& text, Verb verb, const NamedObject& object);
+
+  // Adds a name for things that are taught, one or more words with pronunciations, as the words of kNaming
+  // must have. Refused with kInvalidArgument, changing nothing.
+  Status add_name(const std::string& name);
 
   // Reads and checks a file, and other_words.yaml beside it if there is one (interruptions, other_words):
   // every phrase has a known verb and object and only words with a pronunciation, no text comes twice.
@@ -78,6 +88,6 @@ std::optional<Verb> verb_of(const std::string& name);
 // The texts beside a loop over their words, as a finite state grammar of PocketSphinx: what is no phrase but
 // said in the same words ("drop blue cube") comes out as these words. A word in the loop costs
 // `own_word_cost` (natural logarithm), so that a phrase that is not spoken well is still one.
-std::string phrase_grammar(const PhraseBook& book, double own_word_cost = 5.0);
+std::string phrase_grammar(const PhraseBook& book, double own_word_cost = 8.0);
 
 }  // namespace nido

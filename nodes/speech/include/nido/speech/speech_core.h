@@ -40,6 +40,10 @@ struct HeardPhrase {
   double confidence = 0.0;  // 0..1
   bool accepted = false;
   std::string reason;  // why it was rejected, a sentence; empty when accepted
+  // What the confidence rests upon (docs/speech.md).
+  std::string nearest;       // phrase or words that fit best
+  double misfit = 0.0;       // by which they fit worse than the best sounds
+  double loudness_db = 0.0;  // of the loudest moment over the background
 };
 
 // Understands the phrases of a book in a stream of sound (PocketSphinx). The nearest phrase is accepted only

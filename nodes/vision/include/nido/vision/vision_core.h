@@ -12,6 +12,7 @@
 #include "nido/vision/gaze_controller.h"
 #include "nido/vision/hand_finder.h"
 #include "nido/vision/head_history.h"
+#include "nido/vision/learner.h"
 #include "nido/vision/object_tracker.h"
 
 namespace nido::vision {
@@ -34,6 +35,8 @@ struct VisionInputs {
   std::vector<EncoderSample> head;   // oldest first; 6 joints
   std::vector<EncoderSample> torso;  // oldest first; yaw, roll, pitch
   std::optional<GazeGoal> gaze;
+  // Somebody shows a thing in the middle of the left picture and says what it is called: "banana".
+  std::optional<std::string> called;
 };
 
 struct VisionOutputs {
@@ -43,6 +46,13 @@ struct VisionOutputs {
   std::array<SeenHand, 2> hands;  // left, right
   // Set once the head's encoders are known.
   std::optional<GazeController::Output> gaze;
+  // A thing that was shown is known now, or could not be learned: a sentence.
+  struct Taught {
+    std::string name;
+    bool learned = false;
+    std::string text;
+  };
+  std::optional<Taught> taught;
   // Sentences about inputs that were refused.
   std::vector<std::string> warnings;
 };
@@ -54,10 +64,13 @@ class VisionCore {
   static Result<std::unique_ptr<VisionCore>> create(const RobotModel& model, const TemplateSet& templates,
                                                     const VisionSettings& settings);
   VisionOutputs step(Time now, VisionInputs inputs);
+  // What it knows of things, those that it was taught included.
+  [[nodiscard]] const TemplateSet& templates() const { return templates_; }
 
  private:
   VisionCore(const RobotModel& model, const TemplateSet& templates, const VisionSettings& settings);
   void look(Time stamp, VisionOutputs& out);
+  void learn(const StereoBlobs& pictures, VisionOutputs& out);
   [[nodiscard]] EyePair eyes_at(Time stamp) const;
 
   RobotModel model_;
@@ -74,6 +87,9 @@ class VisionCore {
   std::array<BlobFinder, 2> finders_;
   ObjectTracker tracker_;
   HandFinder hand_finder_;
+  std::optional<Learner> learner_;  // while a thing is shown
+  std::string learning_;            // its name
+  int tries_ = 0;                   // pairs of pictures since then
   std::optional<GazeController> gaze_;
   std::array<std::optional<Eigen::Vector3d>, 2> p_RootHand_m_;  // last seen
   std::array<Time, 2> hand_seen_;

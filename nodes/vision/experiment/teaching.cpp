@@ -1,0 +1,139 @@
+// nido-experiment-teaching: things that a person shows and names, found and named afterwards among five
+// others.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <mutex>
+#include <nlohmann/json.hpp>
+
+#include "nido/experiment/domain.h"
+#include "nido/experiment/kept.h"
+#include "nido/report/experiment_cli.h"
+#include "nido/report/progress.h"
+#include "nido/report/report.h"
+
+namespace nido::vision {
+namespace {
+
+struct Request : ExperimentRequest {
+  int block = 5;
+  int domain = kFreeDomain;
+};
+
+// What came of each block of lessons, by its number.
+using Rows = std::map<int, std::vector<nlohmann::json>>;
+
+Result<std::vector<nlohmann::json>> teach(const Request& request, int block, int count, int domain) {
+  const auto out =
+      std::filesystem::absolute(std::filesystem::path(request.out) / fmt::format("block-{:02d}", block));
+  const Status done =
+      run_app_once({"teaching",
+                    {"--seed", std::to_string(request.seed + static_cast<std::uint64_t>(block)), "--rate",
+                     "max", "--lockstep", "--set", fmt::format("teaching_trials.count={}", count)},
+                    out.string()},
+                   domain);
+  if (!done) return done.error();
+  const auto file = out / "run" / "teaching.json";
+  std::ifstream stream(file);
+  const auto rows = nlohmann::json::parse(stream, nullptr, false);
+  if (!rows.is_array() || static_cast<int>(rows.size()) != count)
+    return Error{ErrorCode::kFailed, fmt::format("{}: not {} results", file.string(), count)};
+  return rows.get<std::vector<nlohmann::json>>();
+}
+
+Report make_report(const Request& request, const Rows& blocks) {
+  Report report;
+  report.name = "teaching";
+  report.title = "Things that are shown and named";
+  report.summary =
+      "A person puts a thing that the robot does not know before its eyes and says \"this is a banana\". The "
+      "robot hears the name, learns colour, shape and size from six pairs of pictures, and afterwards has to "
+      "find and name the thing among five others, which it knew before or was taught before. At most three "
+      "presentations. Every block of lessons begins with a robot that knows nothing of them.";
+  report.command =
+      fmt::format("nido experiment run teaching --seed {} --trials {}", request.seed, request.trials);
+  report.seed = request.seed;
+  report.robot = "icub_sim";
+  report.world = "teaching";
+  int trials = 0;
+  int named = 0;
+  int others = 0;
+  int wrong = 0;
+  std::vector<double> presentations;
+  std::vector<double> errors_m;
+  for (const auto& [block, rows] : blocks) {
+    for (const auto& row : rows) {
+      const bool right = row["named_right"].get<bool>();
+      ++trials;
+      named += right ? 1 : 0;
+      others += row["others_named_right"].get<int>();
+      wrong += row["wrong_names"].get<int>();
+      presentations.push_back(row["presentations"].get<double>());
+      if (right) errors_m.push_back(row["position_error_m"].get<double>());
+      Row line = {{"block", static_cast<double>(block)}};
+      for (const char* key : {"thing", "name", "heard", "taught"})
+        line.emplace_back(key, row[key].get<std::string>());
+      line.emplace_back("named_right", right);
+      for (const char* key : {"presentations", "position_error_m", "others_named_right", "wrong_names"})
+        line.emplace_back(key, row[key].get<double>());
+      report.trials_detail.push_back(line);
+    }
+  }
+  report.trials = trials;
+  report.add("named_right", proportion_metric(named, trials));
+  report.add("presentations", mean_metric(presentations, ""));
+  if (!errors_m.empty()) report.add("position_error_m", median_metric(errors_m, "m"));
+  report.add("others_named_right", proportion_metric(others, 5 * trials));
+  report.add("wrong_names", {static_cast<double>(wrong), "", 6L * trials});
+  return report;
+}
+
+Status run(const Request& request) {
+  const auto started = std::chrono::steady_clock::now();
+  const int blocks = (request.trials + request.block - 1) / request.block;
+  const auto domains = take_domains(request.domain, std::min(request.jobs, blocks));
+  if (!domains) return domains.error();
+  std::mutex mutex;
+  Rows rows;
+  const auto report_now = [&] {
+    Report report = make_report(request, rows);
+    report.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
+    return report;
+  };
+  const InterruptFlag interrupt;
+  ProgressBar progress("teaching", request.trials);
+  const Status failure = side_by_side(blocks, *domains, interrupt, [&](int block, int domain) -> Status {
+    const int count = std::min(request.block, request.trials - block * request.block);
+    auto taught = teach(request, block, count, domain);
+    if (!taught) return taught.error();
+    const std::scoped_lock lock(mutex);
+    rows[block] = std::move(*taught);
+    const Report report = report_now();
+    progress.update(report.trials);
+    return report.save(request.out);
+  });
+  return end_of_run(report_now(), request.out, rows.empty(), interrupt.raised(), failure);
+}
+
+}  // namespace
+}  // namespace nido::vision
+
+int main(int argc, char** argv) {
+  nido::vision::Request request;
+  request.trials = 20;
+  request.jobs = 2;
+  request.out = "out/teaching";
+  CLI::App app("Teaches the robot things by showing and naming them.", "nido-experiment-teaching");
+  app.footer("example\n  nido experiment run teaching --trials 20 --out out/teaching");
+  nido::add_experiment_options(app, request);
+  app.add_option("--block", request.block, "things that one robot is taught, at most 6")
+      ->check(CLI::Range(1, 6))
+      ->capture_default_str();
+  nido::add_domain_option(app, request.domain);
+  if (const auto code = nido::parse_experiment(app, argc, argv)) return *code;
+  return nido::end_experiment(nido::vision::run(request));
+}
