@@ -77,6 +77,12 @@ TEST(Usage, WrongUsageIsExitCode2) {
   }
 }
 
+TEST(Usage, AWordThatIsNoVerbIsNamed) {
+  EXPECT_TRUE(contains(nido_tool({"lunch"}).err, "nido has no verb 'lunch', did you mean 'launch'?"));
+  const auto ended = nido_tool({"port", "raed", "/a:o"});
+  EXPECT_TRUE(contains(ended.err, "nido port has no verb 'raed', did you mean 'read'?")) << ended.err;
+}
+
 TEST(Usage, WhatIsNotThereIsExitCode3) {
   for (const std::vector<std::string>& words :
        std::vector<std::vector<std::string>>{{"port", "read", "/a:o", "--wait", "0.2"},

@@ -2,10 +2,12 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdlib>
 
 #include "completion.h"
 #include "nido/launcher/launch.h"
+#include "nido/launcher/suggest.h"
 #include "security_verbs.h"
 #include "verbs.h"
 
@@ -312,6 +314,29 @@ void add_compare(CLI::App& root, cli::Common& common, cli::CompareRequest& reque
   verb->callback([&] { throw CLI::RuntimeError(cli::compare(common, request)); });
 }
 
+// The first word that is no verb where one has to be, in a sentence; empty if there is none.
+std::string unknown_verb(CLI::App& root, const std::vector<std::string>& words) {
+  CLI::App* at = &root;
+  std::string path = "nido";
+  for (const std::string& word : words) {
+    const auto verbs = at->get_subcommands([](const CLI::App* verb) { return !verb->get_group().empty(); });
+    if (verbs.empty() || word.starts_with('-')) return "";
+    const auto next = std::find_if(verbs.begin(), verbs.end(),
+                                   [&](const CLI::App* verb) { return verb->check_name(word); });
+    if (next == verbs.end()) {
+      std::vector<std::string> names;
+      for (const CLI::App* verb : verbs) names.push_back(verb->get_name());
+      const std::string near = nido::nearest_word(word, names);
+      return fmt::format("{} has no verb '{}'{}; there are: {}", path, word,
+                         near.empty() ? "" : fmt::format(", did you mean '{}'?", near),
+                         nido::join_words(names));
+    }
+    at = *next;
+    path += " " + word;
+  }
+  return "";
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -427,6 +452,11 @@ int main(int argc, char** argv) {
     return end.get_exit_code();
   } catch (const CLI::Success& asked) {
     return root.exit(asked);
+  } catch (const CLI::RequiredError& wrong) {
+    const std::string unknown = unknown_verb(root, {argv + 1, argv + argc});
+    fmt::print(stderr, "error: {}\n", unknown.empty() ? wrong.what() : unknown);
+    fmt::print(stderr, "see nido --help, or --help after a verb\n");
+    return 2;
   } catch (const CLI::ParseError& wrong) {
     fmt::print(stderr, "error: {}\n", wrong.what());
     fmt::print(stderr, "see nido --help, or --help after a verb\n");
