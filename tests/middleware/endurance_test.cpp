@@ -34,6 +34,7 @@ std::size_t entries_of(const std::string& folder) {
 // What a process takes of its machine.
 struct Footprint {
   std::size_t files = 0;  // open ones but for `pool`
+  std::string what;       // these files
   std::size_t pool = 0;   // memory that outputs share with inputs, to be used again
   std::size_t threads = 0;
   std::size_t memory_kb = 0;     // resident, of its own
@@ -47,7 +48,11 @@ Footprint own_footprint() {
   for (const auto& entry : std::filesystem::directory_iterator("/proc/self/fd")) {
     std::error_code gone;
     const std::string file = std::filesystem::read_symlink(entry.path(), gone);
-    ++(file.find("nido-lane") == std::string::npos ? now.files : now.pool);
+    const bool is_pool = file.find("nido-lane") != std::string::npos;
+    ++(is_pool ? now.pool : now.files);
+    if (!is_pool) {
+      now.what += file + " ";
+    }
   }
   now.threads = entries_of("/proc/self/task");
   std::ifstream status("/proc/self/status");
@@ -73,7 +78,8 @@ std::ostream& operator<<(std::ostream& out, const Footprint& print) {
 }
 
 // Waits until nothing is held any more of what `before` did not hold, but for memory.
-void expect_all_given_back(const Footprint& before, std::size_t spare_files = 0) {
+// `spare_files`: the first time that something is said to a participant opens a socket or two for good.
+void expect_all_given_back(const Footprint& before, std::size_t spare_files = 4) {
   Footprint now;
   const auto deadline = std::chrono::steady_clock::now() + std::chrono::duration<double>(kPatience_s);
   do {
@@ -82,7 +88,7 @@ void expect_all_given_back(const Footprint& before, std::size_t spare_files = 0)
   } while (
       (now.files > before.files + spare_files || now.threads > before.threads || now.names != before.names) &&
       std::chrono::steady_clock::now() < deadline);
-  EXPECT_LE(now.files, before.files + spare_files);
+  EXPECT_LE(now.files, before.files + spare_files) << now.what;
   EXPECT_LE(now.threads, before.threads);
   EXPECT_LE(now.pool, kMostPool);
   EXPECT_EQ(now.names, before.names);
