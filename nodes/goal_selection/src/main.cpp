@@ -19,27 +19,39 @@ Result<GoalSelectionSettings> read_settings(Node& node) {
     if (!read) return read.error();
     *value = *read;
   }
-  const auto tries = node.parameter<int>("tries", settings.tries);
+  const auto tries =
+      node.parameter<int>("tries", settings.tries, {"how often a thing is grasped for", "", 1, 20, {}});
   if (!tries) return tries.error();
   settings.tries = *tries;
-  for (const auto& [key, value] :
-       {std::pair{"lowest_percept_confidence", &settings.lowest_percept_confidence},
-        {"view_memory_s", &settings.view_memory_s},
-        {"fixation_wait_s", &settings.fixation_wait_s},
-        {"search_limit_s", &settings.search_limit_s},
-        {"reach_limit_s", &settings.reach_limit_s},
-        {"grasp_limit_s", &settings.grasp_limit_s},
-        {"job_limit_s", &settings.job_limit_s},
-        {"lost_touch_s", &settings.lost_touch_s},
-        {"lift_height_m", &settings.lift_height_m},
-        {"rest_tolerance_m", &settings.rest_tolerance_m},
-        {"release_height_m", &settings.release_height_m},
-        {"hold_s", &settings.hold_s},
-        {"check_s", &settings.check_s},
-        {"drop_check_s", &settings.drop_check_s}}) {
-    const auto read = node.parameter<double>(key, *value);
+  struct Number {
+    const char* key;
+    double* value;
+    ParameterAbout about;
+  };
+  const auto seconds = [](const char* about) { return ParameterAbout{about, "s", 0, 3600, {}}; };
+  const auto metres = [](const char* about) { return ParameterAbout{about, "m", 0, 1, {}}; };
+  for (const Number& number :
+       {Number{"lowest_percept_confidence",
+               &settings.lowest_percept_confidence,
+               {"what vision is less sure of is not there", "", 0, 1, {}}},
+        {"view_memory_s", &settings.view_memory_s, seconds("older views are not used")},
+        {"fixation_wait_s", &settings.fixation_wait_s,
+         seconds("then a thing is taken as it is seen, centred or not")},
+        {"search_limit_s", &settings.search_limit_s, seconds("for finding a thing")},
+        {"reach_limit_s", &settings.reach_limit_s, seconds("for one movement of the arm")},
+        {"grasp_limit_s", &settings.grasp_limit_s, seconds("for closing or opening the hand")},
+        {"job_limit_s", &settings.job_limit_s, seconds("for the whole order")},
+        {"lost_touch_s", &settings.lost_touch_s, seconds("without touch, and a thing is lost")},
+        {"lift_height_m", &settings.lift_height_m, metres("how high a thing is lifted")},
+        {"rest_tolerance_m", &settings.rest_tolerance_m,
+         metres("a thing this near to its old place was not lifted")},
+        {"release_height_m", &settings.release_height_m, metres("above the basket, where the hand opens")},
+        {"hold_s", &settings.hold_s, seconds("that a thing is held before \"grasp\" is done")},
+        {"check_s", &settings.check_s, seconds("of looking whether a lift worked")},
+        {"drop_check_s", &settings.drop_check_s, seconds("of looking whether it lies in the basket")}}) {
+    const auto read = node.parameter<double>(number.key, *number.value, number.about);
     if (!read) return read.error();
-    *value = *read;
+    *number.value = *read;
   }
   return settings;
 }

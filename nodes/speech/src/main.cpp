@@ -29,14 +29,23 @@ Result<SpeechSettings> read_settings(Node& node, const std::string& adaptation) 
   const auto dictionary = node.parameter<std::string>("dictionary", settings.dictionary);
   if (!dictionary) return dictionary.error();
   settings.dictionary = *dictionary;
-  for (const auto& [key, value] : {std::pair{"end_silence_s", &settings.end_silence_s},
-                                   {"shortest_s", &settings.shortest_s},
-                                   {"longest_s", &settings.longest_s},
-                                   {"noise_floor_db", &settings.noise_floor_db},
-                                   {"lowest_confidence", &settings.lowest_confidence}}) {
-    const auto read = node.parameter<double>(key, *value);
+  struct Number {
+    const char* key;
+    double* value;
+    ParameterAbout about;
+  };
+  for (const Number& number :
+       {Number{
+            "end_silence_s", &settings.end_silence_s, {"silence that ends an utterance", "s", 0.05, 5, {}}},
+        {"shortest_s", &settings.shortest_s, {"a shorter sound is a click", "s", 0, 5, {}}},
+        {"longest_s", &settings.longest_s, {"longer speech is cut and rejected", "s", 0.5, 60, {}}},
+        {"noise_floor_db", &settings.noise_floor_db, {"what is quieter is silence", "dB", -100, 0, {}}},
+        {"lowest_confidence",
+         &settings.lowest_confidence,
+         {"what is less sure is rejected", "", 0, 1, {}}}}) {
+    const auto read = node.parameter<double>(number.key, *number.value, number.about);
     if (!read) return read.error();
-    *value = *read;
+    *number.value = *read;
   }
   return settings;
 }
@@ -58,7 +67,7 @@ class Teller {
  public:
   static Result<std::unique_ptr<Teller>> create(Node& node) {
     std::unique_ptr<Teller> teller(new Teller);
-    const auto aloud = node.parameter<bool>("aloud", false);
+    const auto aloud = node.live_parameter<bool>("aloud", false, {.about = "says what the robot does"});
     if (!aloud) return aloud.error();
     teller->aloud_ = *aloud;
     const auto voice = node.parameter<std::string>("voice", teller->voice_.name);
@@ -75,11 +84,11 @@ class Teller {
 
   Status tell(Node& node) {
     while (const auto event = stages_->take()) {
-      if (!aloud_ || event->text().empty()) continue;
+      if (is_mute_ || !aloud_->get() || event->text().empty()) continue;
       auto samples = speak(event->text(), voice_, 0.0, 0.2);
       if (!samples) {
         node.log_warning("cannot speak: " + samples.error().message);
-        aloud_ = false;
+        is_mute_ = true;
         return {};
       }
       msgs::Audio message;
@@ -93,7 +102,8 @@ class Teller {
   }
 
  private:
-  bool aloud_ = false;
+  std::shared_ptr<const LiveParameter<bool>> aloud_;
+  bool is_mute_ = false;  // it has no voice
   Voice voice_;
   std::unique_ptr<Input<msgs::StageEvent>> stages_;
   std::unique_ptr<Output<msgs::Audio>> sound_;

@@ -1,7 +1,5 @@
 // nido-vision: sees the things on the table and the robot's own hand, and turns head and eyes. docs/vision.md
 
-#include <fmt/format.h>
-
 #include "nido/launcher/paths.h"
 #include "nido/middleware/node.h"
 #include "nido/middleware/typed_port.h"
@@ -215,12 +213,9 @@ Status run(Node& node) {
   const auto templates_path =
       node.parameter<std::string>("templates", (places->config / "objects" / "templates.yaml").string());
   if (!templates_path) return templates_path.error();
-  const auto side = node.parameter<std::string>("side", "right");
+  const auto side = node.parameter<std::string>(
+      "side", "right", {.about = "the hand that is looked for", .choices = {"left", "right"}});
   if (!side) return side.error();
-  if (*side != "left" && *side != "right") {
-    return Error{ErrorCode::kInvalidArgument,
-                 fmt::format("parameter side is \"{}\"; allowed are left, right", *side)};
-  }
   const auto model = RobotModel::load(*robot);
   if (!model) return model.error();
   const auto templates = vision::TemplateSet::load(*templates_path);
