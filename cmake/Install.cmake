@@ -48,7 +48,7 @@ install(DIRECTORY interfaces/include/ middleware/include/ msgs/include/ middlewa
 install(DIRECTORY ${PROJECT_BINARY_DIR}/msgs/include/ DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
         FILES_MATCHING PATTERN "*.h")
 install(DIRECTORY msgs/idl DESTINATION ${CMAKE_INSTALL_DATADIR}/nido)
-install(FILES msgs/message_support.py msgs/reflect.py DESTINATION ${CMAKE_INSTALL_DATADIR}/nido/messages)
+install(FILES msgs/message_support.py msgs/idl_text.py msgs/reflect.py DESTINATION ${CMAKE_INSTALL_DATADIR}/nido/messages)
 install(TARGETS nido_middleware nido_msgs nido_recorder nido_value nido_value_message ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
 include(CMakePackageConfigHelpers)
 configure_package_config_file(cmake/nidoConfig.cmake.in ${PROJECT_BINARY_DIR}/nidoConfig.cmake

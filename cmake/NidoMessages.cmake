@@ -14,7 +14,7 @@ function(nido_messages target idl)
     OUTPUT ${made} ${dir}/${name}.h ${dir}/${name}PubSubTypes.h ${dir}/${name}_messages.h
     COMMAND ${FASTDDSGEN} -cs -replace -d ${dir} -I ${idl_dir} -I ${NIDO_IDL_DIR} ${idl} > ${dir}/fastddsgen.log
     COMMAND ${PYTHON3} ${NIDO_MESSAGE_TOOLS_DIR}/message_support.py ${dir}/${name}_messages.h ${idl} ${NIDO_IDL_DIR}
-    DEPENDS ${idl} ${NIDO_MESSAGE_TOOLS_DIR}/message_support.py
+    DEPENDS ${idl} ${NIDO_MESSAGE_TOOLS_DIR}/message_support.py ${NIDO_MESSAGE_TOOLS_DIR}/idl_text.py
     COMMENT "Generating the C++ of ${name}.idl"
     VERBATIM)
   add_library(${target} STATIC ${made} ${dir}/${name}_messages.h)

@@ -33,10 +33,10 @@ def structs_of(path):
                 begin = 0
 
 
-def main():
-    output, inputs = sys.argv[1], sys.argv[2:]
+def texts_of(paths):
+    """{package/folder/Type: its text, with the structs that it is made of in front}, of all structs of the files."""
     bodies = {}
-    for path in inputs:
+    for path in paths:
         bodies.update(structs_of(path))
 
     def needed_by(name):
@@ -53,9 +53,13 @@ def main():
         inner = "\n".join("      " + line if line else "" for line in lines)
         return f"module {package} {{\n  module {folder} {{\n    struct {struct} {{\n{inner}\n    }};\n  }};\n}};\n"
 
+    return {name: "\n".join(definition_of(one) for one in needed_by(name)) for name in bodies}
+
+
+def main():
+    output, inputs = sys.argv[1], sys.argv[2:]
     lines = ["// Written by msgs/idl_text.py from msgs/idl. Do not edit.", "constexpr IdlText kIdlTexts[] = {"]
-    for name in bodies:
-        text = "\n".join(definition_of(one) for one in needed_by(name))
+    for name, text in texts_of(inputs).items():
         lines.append(f'    {{"{name}", R"idl({text})idl"}},')
     lines += ["};", ""]
     with open(output, "w", encoding="utf-8") as file:

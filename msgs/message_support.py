@@ -8,28 +8,24 @@ import os
 import re
 import sys
 
+from idl_text import texts_of
 from reflect import structs_of
 
 INCLUDE = re.compile(r'^\s*#\s*include\s+["<]([^">]+)[">].*$', re.M)
 
 
-def with_includes(path, folders, seen):
-    """The text of a file with that of the files that it includes in front, each once."""
-    if path in seen:
-        return ""
-    seen.add(path)
+def with_includes(path, folders):
+    """The file and those that it includes, these first, each once."""
     with open(path, encoding="utf-8") as file:
-        text = file.read()
-    before = ""
-    for name in INCLUDE.findall(text):
-        for folder in [os.path.dirname(path), *folders]:
-            inner = os.path.join(folder, name)
-            if os.path.exists(inner):
-                before += with_includes(inner, folders, seen)
-                break
-        else:
+        names = INCLUDE.findall(file.read())
+    paths = []
+    for name in names:
+        found = [os.path.join(folder, name) for folder in [os.path.dirname(path), *folders]]
+        found = [inner for inner in found if os.path.exists(inner)]
+        if not found:
             sys.exit(f"{path}: includes {name}, which is in none of {', '.join(folders)}")
-    return before + INCLUDE.sub("", text)
+        paths += [inner for inner in with_includes(found[0], folders) if inner not in paths]
+    return paths + [path]
 
 
 def main():
@@ -40,14 +36,15 @@ def main():
     if wrong:
         sys.exit(f"{path}: struct {wrong[0]} is not named as ROS 2 names messages on the wire; "
                  "expected: module PACKAGE { module msg { module dds_ { struct NAME_ { ... }; }; }; };")
-    text = with_includes(path, folders, set())
+    texts = texts_of(with_includes(path, folders))
     lines = ["#pragma once", "", f"// Written by message_support.py from {os.path.basename(path)}. Do not edit.", "",
              f'#include "{name}.h"', f'#include "{name}PubSubTypes.h"', '#include "nido/msgs/type_support.h"', "",
-             "namespace nido::msgs {", "", "namespace detail {",
-             f'inline constexpr char k_{name}_idl[] = R"idl({text})idl";', "}  // namespace detail", ""]
+             "namespace nido::msgs {", ""]
     for scoped in structs:
+        package, folder, _, struct = scoped.split("::")
+        text = texts[f"{package}/{folder}/{struct[:-1]}"]
         lines += ["template <>", f"struct TypeSupportOf<{scoped}> {{", f"  using type = {scoped}PubSubType;",
-                  f"  static constexpr const char* idl = detail::k_{name}_idl;", "};"]
+                  f'  static constexpr const char* idl = R"idl({text})idl";', "};"]
     lines += ["", "}  // namespace nido::msgs", ""]
     with open(output, "w", encoding="utf-8") as file:
         file.write("\n".join(lines))

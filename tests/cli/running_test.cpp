@@ -45,6 +45,21 @@ TEST_F(WithLab, AMessageThatNidoWasNotBuiltWithIsReadAndWritten) {
   EXPECT_NE(refused.err.find("'samples.0.label' is 3; expected text"), std::string::npos) << refused.err;
 }
 
+TEST_F(WithLab, ItsRecordingSaysWhatItsMessagesAre) {
+  const auto file =
+      std::filesystem::temp_directory_path() / ("nido_lab_" + std::to_string(getpid()) + ".mcap");
+  Program recorder(NIDO, {"record", "-o", file.string(), "/lab/packet:o", "--for", "0.5", "--domain",
+                          std::to_string(test_domain())});
+  EXPECT_EQ(recorder.wait().code, 0) << recorder.err();
+  Program info(NIDO, {"replay", file.string(), "--info", "--json"});
+  const Json ports = Json::parse(info.wait().out)["ports"];
+  std::filesystem::remove(file);
+  ASSERT_EQ(ports.size(), 1U);
+  EXPECT_EQ(ports[0]["type"], "lab_msgs/msg/Packet");
+  EXPECT_EQ(ports[0]["schema"], "omgidl");
+  EXPECT_GT(ports[0]["messages"], 0);
+}
+
 TEST_F(WithLab, ADefinitionFromAFileIsUsedAndAWrongOneRefused) {
   const Ended read = nido_tool({"port", "read", "/lab/packet:o", "--count", "1", "--json", "--idl", LAB_IDL});
   EXPECT_EQ(read.code, 0) << read.err;

@@ -272,17 +272,24 @@ class FileRecorder final : public Recorder {
     return std::nullopt;
   }
 
+  // Of a type that this program was not built with, its node may tell the definition.
+  std::string definition_of(const Port& port) {
+    if (const auto idl = idl_text_of(port.told.type); !idl.empty()) return std::string(idl);
+    if (port.node.empty()) return "";
+    constexpr double kPatience_s = 1.0;
+    const auto answer = looker_.call("/" + port.node + "/control", "idl " + port.told.name, kPatience_s);
+    constexpr std::string_view kOk = "[ok]\n";
+    return answer && answer->starts_with(kOk) ? answer->substr(kOk.size()) : "";
+  }
+
   Status make_channel(Port& port) {
     std::uint16_t schema_id = 0;
-    if (const auto idl = idl_text_of(port.told.type); !idl.empty()) {
-      const auto known = schemas_.find(port.told.type);
-      if (known != schemas_.end()) {
-        schema_id = known->second;
-      } else {
-        auto added = writer_->add_schema({0, scoped_name_of(port.told.type), "omgidl", std::string(idl)});
-        if (!added) return added.error();
-        schema_id = schemas_[port.told.type] = *added;
-      }
+    if (const auto known = schemas_.find(port.told.type); known != schemas_.end()) {
+      schema_id = known->second;
+    } else if (const std::string idl = definition_of(port); !idl.empty()) {
+      auto added = writer_->add_schema({0, scoped_name_of(port.told.type), "omgidl", idl});
+      if (!added) return added.error();
+      schema_id = schemas_[port.told.type] = *added;
     }
     mcap::Channel channel{0, schema_id, port.told.name, "cdr", {}};
     channel.metadata = {{"type", port.told.type}, {"profile", port.told.profile}};
