@@ -30,7 +30,6 @@ struct Experiment {
   const char* name;
   int trials;       // so many by default: the whole set stays under an hour on two cores
   int trials_full;  // so many as the figures in docs rest upon
-  std::vector<std::string> arguments = {};
 };
 
 // In the paper's order.
@@ -42,7 +41,7 @@ const std::vector<Experiment>& experiments() {
       {"grasp-success", 40, 200},
       {"goal-learning", 10, 10},
       {"speech", 1, 1},
-      {"speech-and-action", 28, 112, {"--say", "all"}},
+      {"speech-and-action", 28, 112},
       {"attention", 16, 16},
       {"teaching", 10, 20},
   };
@@ -162,7 +161,6 @@ Status run(const Request& request, const fs::path& programs) {
         std::to_string(request.jobs),
         "--out",
         folder.string()};
-    words.insert(words.end(), experiment.arguments.begin(), experiment.arguments.end());
     if (!request.fresh && text_of(mark) == asked(words)) {
       fmt::print(stderr, "{} of {}: {} is there already\n", i + 1, count, experiment.name);
       continue;

@@ -34,7 +34,7 @@ namespace {
 namespace fs = std::filesystem;
 
 struct Request : ExperimentRequest {
-  std::vector<std::string> say = {"drop blue cube into basket", "grasp red ball", "reach green cube"};
+  std::vector<std::string> say = {"all"};
   std::string app = "speech_and_action";
   std::string world = "random_table";
   std::string robot;
@@ -416,12 +416,12 @@ Status run(Request request) {
 
 int main(int argc, char** argv) {
   nido::Request request;
-  request.trials = 20;
+  request.trials = 28;
   request.out = "out/speech-and-action";
   CLI::App app("Runs the whole system on random tables and counts how often it did what it was told.",
                "nido-experiment-speech-and-action");
   app.footer(
-      "example\n  nido experiment run speech-and-action --trials 20\n"
+      "example\n  nido experiment run speech-and-action --trials 112 --jobs 2\n"
       "  nido-experiment-speech-and-action --say 'drop blue cube into basket' --trials 20 --jobs 2");
   nido::add_experiment_options(app, request);
   app.add_option("--say", request.say,
