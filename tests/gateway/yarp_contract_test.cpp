@@ -29,7 +29,7 @@ class YarpBoardRig final : public ControlBoardRig {
   YarpBoardRig() {
     // time runs as fast as messages travel, so that a late one must not count as a missing one
     LimitOptions patient;
-    patient.command_timeout_ns = 1'000'000'000;
+    patient.command_timeout_ns = 1'000'000'000'000;
     local_.put_limits(patient);
     server_ = required(serve_control_board(link_.server(), link_.stem("arm"), local_.board(), kPeriod_ns));
     must_hold(server_->publish(local_.clock().now_ns()));

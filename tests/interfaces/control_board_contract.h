@@ -249,16 +249,21 @@ TEST_P(ControlBoardContract, DirectTargetsAreFollowed) {
     rig_->advance();
   }
   EXPECT_EQ(mode(), ControlMode::kDirect);
-  EXPECT_NEAR(position(), start_rad + 0.2, 0.04);
+  EXPECT_TRUE(eventually(5.0, [&] { return std::abs(position() - (start_rad + 0.2)) < 0.04; })) << position();
 }
 
 TEST_P(ControlBoardContract, ASpeedIsKept) {
   go_to(place(0.4));
-  const double before_rad = position();
   const double speed[] = {0.3};
-  stream(1.0, [&] { return board().set_velocities(joint_, speed); });
+  const auto command = [&] { return board().set_velocities(joint_, speed); };
+  stream_until([&] { return std::abs(velocity() - 0.3) < 0.06; }, command);
+  const JointReading before = *board().read_joints();
+  stream(0.5, command);
+  const JointReading after = *board().read_joints();
+  const double duration_s = static_cast<double>(after.stamp_ns - before.stamp_ns) * 1e-9;
+  EXPECT_GT(duration_s, 0.4);
   EXPECT_EQ(mode(), ControlMode::kVelocity);
-  EXPECT_NEAR(position() - before_rad, 0.3, 0.06);
+  EXPECT_NEAR(after.position_rad.at(index()) - before.position_rad.at(index()), 0.3 * duration_s, 0.06);
   EXPECT_NEAR(velocity(), 0.3, 0.06);
 }
 
@@ -322,7 +327,8 @@ TEST_P(ControlBoardContract, AStreamedSpeedDoesNotOutliveAStop) {
   pass(0.2);
   EXPECT_EQ(mode(), ControlMode::kPosition);
   EXPECT_NEAR(position(), before_rad, 0.02);
-  stream(0.5, [&] { return board().set_velocities(joint_, back); });
+  stream_until([&] { return position() < before_rad - 0.1; },
+               [&] { return board().set_velocities(joint_, back); });
   EXPECT_EQ(mode(), ControlMode::kVelocity);
   EXPECT_LT(position(), before_rad - 0.1);
 }

@@ -45,7 +45,7 @@ class RemoteRig final : public ControlBoardRig {
   RemoteRig() {
     // time runs as fast as messages travel, so that a late one must not count as a missing one
     LimitOptions patient;
-    patient.command_timeout_ns = 1'000'000'000;
+    patient.command_timeout_ns = 1'000'000'000'000;
     local_.put_limits(patient);
     server_ = required(serve_control_board(link_.server(), link_.remote("arm"), local_.board(), kPeriod_ns));
     client_ = required(control_board_client(link_.client(), link_.options("arm")));
