@@ -16,8 +16,8 @@
 #include "nido/kinematics/robot_model.h"
 #include "nido/launcher/paths.h"
 #include "nido/middleware/node.h"
+#include "nido/middleware/open_port.h"
 #include "nido/middleware/stamp.h"
-#include "nido/middleware/typed_port.h"
 #include "nido/msgs/types.h"
 #include "scenes.h"
 #include "truth.h"
@@ -53,31 +53,18 @@ struct Ports {
   std::unique_ptr<Output<msgs::StageEvent>> outcome;
 };
 
-template <class T>
-Status open(Node& node, std::unique_ptr<Input<T>>& port, const std::string& name, Profile profile) {
-  auto opened = node.open_input<T>(name, profile, 64);
-  if (!opened) return opened.error();
-  port = std::move(opened).value();
-  return {};
-}
-
-template <class T>
-Status open(Node& node, std::unique_ptr<Output<T>>& port, const std::string& name, Profile profile) {
-  auto opened = node.open_output<T>(name, profile);
-  if (!opened) return opened.error();
-  port = std::move(opened).value();
-  return {};
-}
-
 Status open_ports(Node& node, Ports& ports) {
-  if (Status s = open(node, ports.left, "/attention_trials/left:i", Profile::kSensor); !s) return s;
-  if (Status s = open(node, ports.segment, "/attention_trials/segment:i", Profile::kSensor); !s) return s;
-  if (Status s = open(node, ports.threshold, "/attention_trials/threshold:i", Profile::kSensor); !s) return s;
-  if (Status s = open(node, ports.fixation, "/attention_trials/fixation:i", Profile::kState); !s) return s;
-  if (Status s = open(node, ports.head, "/attention_trials/head:i", Profile::kState); !s) return s;
-  if (Status s = open(node, ports.torso, "/attention_trials/torso:i", Profile::kState); !s) return s;
-  if (Status s = open(node, ports.fixate, "/attention_trials/fixate:o", Profile::kEvent); !s) return s;
-  return open(node, ports.outcome, "/attention_trials/outcome:o", Profile::kState);
+  if (Status s = open_into(node, ports.left, "/attention_trials/left:i", Profile::kSensor, 64); !s) return s;
+  if (Status s = open_into(node, ports.segment, "/attention_trials/segment:i", Profile::kSensor, 64); !s)
+    return s;
+  if (Status s = open_into(node, ports.threshold, "/attention_trials/threshold:i", Profile::kSensor, 64); !s)
+    return s;
+  if (Status s = open_into(node, ports.fixation, "/attention_trials/fixation:i", Profile::kState, 64); !s)
+    return s;
+  if (Status s = open_into(node, ports.head, "/attention_trials/head:i", Profile::kState, 64); !s) return s;
+  if (Status s = open_into(node, ports.torso, "/attention_trials/torso:i", Profile::kState, 64); !s) return s;
+  if (Status s = open_into(node, ports.fixate, "/attention_trials/fixate:o", Profile::kEvent); !s) return s;
+  return open_into(node, ports.outcome, "/attention_trials/outcome:o", Profile::kState);
 }
 
 // One pair of pictures with what came of it.

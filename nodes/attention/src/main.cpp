@@ -8,8 +8,8 @@
 #include "nido/attention/attention_core.h"
 #include "nido/launcher/paths.h"
 #include "nido/middleware/node.h"
+#include "nido/middleware/open_port.h"
 #include "nido/middleware/stamp.h"
-#include "nido/middleware/typed_port.h"
 #include "nido/msgs/types.h"
 
 namespace nido {
@@ -34,35 +34,18 @@ struct Ports {
   std::unique_ptr<Output<msgs::JointCommand>> command;
 };
 
-template <class T>
-Status open(Node& node, std::unique_ptr<Input<T>>& port, const std::string& name, Profile profile,
-            std::size_t depth) {
-  auto opened = node.open_input<T>(name, profile, depth);
-  if (!opened) return opened.error();
-  port = std::move(opened).value();
-  return {};
-}
-
-template <class T>
-Status open(Node& node, std::unique_ptr<Output<T>>& port, const std::string& name, Profile profile) {
-  auto opened = node.open_output<T>(name, profile);
-  if (!opened) return opened.error();
-  port = std::move(opened).value();
-  return {};
-}
-
 Status open_ports(Node& node, Ports& ports) {
-  if (Status s = open(node, ports.image[0], "/attention/left:i", Profile::kSensor, 4); !s) return s;
-  if (Status s = open(node, ports.image[1], "/attention/right:i", Profile::kSensor, 4); !s) return s;
-  if (Status s = open(node, ports.info[0], "/attention/left_info:i", Profile::kState, 4); !s) return s;
-  if (Status s = open(node, ports.info[1], "/attention/right_info:i", Profile::kState, 4); !s) return s;
-  if (Status s = open(node, ports.head, "/attention/head:i", Profile::kState, 64); !s) return s;
-  if (Status s = open(node, ports.torso, "/attention/torso:i", Profile::kState, 64); !s) return s;
-  if (Status s = open(node, ports.fixate, "/attention/fixate:i", Profile::kEvent, 16); !s) return s;
-  if (Status s = open(node, ports.segment, "/attention/segment:o", Profile::kSensor); !s) return s;
-  if (Status s = open(node, ports.threshold, "/attention/threshold:o", Profile::kSensor); !s) return s;
-  if (Status s = open(node, ports.fixation, "/attention/fixation:o", Profile::kState); !s) return s;
-  return open(node, ports.command, "/attention/command:o", Profile::kCommand);
+  if (Status s = open_into(node, ports.image[0], "/attention/left:i", Profile::kSensor, 4); !s) return s;
+  if (Status s = open_into(node, ports.image[1], "/attention/right:i", Profile::kSensor, 4); !s) return s;
+  if (Status s = open_into(node, ports.info[0], "/attention/left_info:i", Profile::kState, 4); !s) return s;
+  if (Status s = open_into(node, ports.info[1], "/attention/right_info:i", Profile::kState, 4); !s) return s;
+  if (Status s = open_into(node, ports.head, "/attention/head:i", Profile::kState, 64); !s) return s;
+  if (Status s = open_into(node, ports.torso, "/attention/torso:i", Profile::kState, 64); !s) return s;
+  if (Status s = open_into(node, ports.fixate, "/attention/fixate:i", Profile::kEvent, 16); !s) return s;
+  if (Status s = open_into(node, ports.segment, "/attention/segment:o", Profile::kSensor); !s) return s;
+  if (Status s = open_into(node, ports.threshold, "/attention/threshold:o", Profile::kSensor); !s) return s;
+  if (Status s = open_into(node, ports.fixation, "/attention/fixation:o", Profile::kState); !s) return s;
+  return open_into(node, ports.command, "/attention/command:o", Profile::kCommand);
 }
 
 void take_encoders(Input<msgs::JointState>& port, std::vector<vision::EncoderSample>& out) {

@@ -6,7 +6,7 @@
 #include "nido/goal_selection/goal_selection_core.h"
 #include "nido/launcher/paths.h"
 #include "nido/middleware/node.h"
-#include "nido/middleware/typed_port.h"
+#include "nido/middleware/open_port.h"
 #include "nido/msgs/types.h"
 
 namespace nido {
@@ -99,38 +99,23 @@ struct Ports {
   std::unique_ptr<Output<msgs::StageEvent>> stage;
 };
 
-template <class T>
-Status open(Node& node, std::unique_ptr<Input<T>>& port, const std::string& name, Profile profile,
-            std::size_t depth) {
-  auto opened = node.open_input<T>(name, profile, depth);
-  if (!opened) return opened.error();
-  port = std::move(opened).value();
-  return {};
-}
-
-template <class T>
-Status open(Node& node, std::unique_ptr<Output<T>>& port, const std::string& name, Profile profile,
-            std::size_t depth = 16) {
-  auto opened = node.open_output<T>(name, profile, depth);
-  if (!opened) return opened.error();
-  port = std::move(opened).value();
-  return {};
-}
-
 Status open_ports(Node& node, Ports& ports) {
-  if (Status s = open(node, ports.heard, "/goal_selection/heard:i", Profile::kEvent, 16); !s) return s;
-  if (Status s = open(node, ports.objects, "/goal_selection/objects:i", Profile::kState, 16); !s) return s;
-  if (Status s = open(node, ports.gaze_status, "/goal_selection/gaze_status:i", Profile::kState, 16); !s)
+  if (Status s = open_into(node, ports.heard, "/goal_selection/heard:i", Profile::kEvent, 16); !s) return s;
+  if (Status s = open_into(node, ports.objects, "/goal_selection/objects:i", Profile::kState, 16); !s)
     return s;
-  if (Status s = open(node, ports.reach_status, "/goal_selection/reach_status:i", Profile::kEvent, 64); !s)
+  if (Status s = open_into(node, ports.gaze_status, "/goal_selection/gaze_status:i", Profile::kState, 16); !s)
     return s;
-  if (Status s = open(node, ports.grasp_status, "/goal_selection/grasp_status:i", Profile::kEvent, 64); !s)
+  if (Status s = open_into(node, ports.reach_status, "/goal_selection/reach_status:i", Profile::kEvent, 64);
+      !s)
     return s;
-  if (Status s = open(node, ports.touch, "/goal_selection/touch:i", Profile::kSensor, 4); !s) return s;
-  if (Status s = open(node, ports.gaze, "/goal_selection/gaze:o", Profile::kState); !s) return s;
-  if (Status s = open(node, ports.reach, "/goal_selection/reach:o", Profile::kCommand); !s) return s;
-  if (Status s = open(node, ports.grasp, "/goal_selection/grasp:o", Profile::kCommand); !s) return s;
-  return open(node, ports.stage, "/goal_selection/stage:o", Profile::kEvent, 64);
+  if (Status s = open_into(node, ports.grasp_status, "/goal_selection/grasp_status:i", Profile::kEvent, 64);
+      !s)
+    return s;
+  if (Status s = open_into(node, ports.touch, "/goal_selection/touch:i", Profile::kSensor, 4); !s) return s;
+  if (Status s = open_into(node, ports.gaze, "/goal_selection/gaze:o", Profile::kState); !s) return s;
+  if (Status s = open_into(node, ports.reach, "/goal_selection/reach:o", Profile::kCommand); !s) return s;
+  if (Status s = open_into(node, ports.grasp, "/goal_selection/grasp:o", Profile::kCommand); !s) return s;
+  return open_into(node, ports.stage, "/goal_selection/stage:o", Profile::kEvent, 64);
 }
 
 GoalSelectionInputs take_in(Ports& ports) {

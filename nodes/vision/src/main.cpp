@@ -2,7 +2,7 @@
 
 #include "nido/launcher/paths.h"
 #include "nido/middleware/node.h"
-#include "nido/middleware/typed_port.h"
+#include "nido/middleware/open_port.h"
 #include "nido/msgs/types.h"
 #include "nido/speech/phrases.h"
 #include "nido/vision/vision_core.h"
@@ -28,37 +28,20 @@ struct Ports {
   std::unique_ptr<Output<msgs::StageEvent>> taught;
 };
 
-template <class T>
-Status open(Node& node, std::unique_ptr<Input<T>>& port, const std::string& name, Profile profile,
-            std::size_t depth) {
-  auto opened = node.open_input<T>(name, profile, depth);
-  if (!opened) return opened.error();
-  port = std::move(opened).value();
-  return {};
-}
-
-template <class T>
-Status open(Node& node, std::unique_ptr<Output<T>>& port, const std::string& name, Profile profile) {
-  auto opened = node.open_output<T>(name, profile);
-  if (!opened) return opened.error();
-  port = std::move(opened).value();
-  return {};
-}
-
 Status open_ports(Node& node, Ports& ports) {
-  if (Status s = open(node, ports.image[0], "/vision/left:i", Profile::kSensor, 4); !s) return s;
-  if (Status s = open(node, ports.image[1], "/vision/right:i", Profile::kSensor, 4); !s) return s;
-  if (Status s = open(node, ports.info[0], "/vision/left_info:i", Profile::kState, 4); !s) return s;
-  if (Status s = open(node, ports.info[1], "/vision/right_info:i", Profile::kState, 4); !s) return s;
-  if (Status s = open(node, ports.head, "/vision/head:i", Profile::kState, 64); !s) return s;
-  if (Status s = open(node, ports.torso, "/vision/torso:i", Profile::kState, 64); !s) return s;
-  if (Status s = open(node, ports.gaze, "/vision/gaze:i", Profile::kEvent, 16); !s) return s;
-  if (Status s = open(node, ports.heard, "/vision/heard:i", Profile::kEvent, 16); !s) return s;
-  if (Status s = open(node, ports.taught, "/vision/taught:o", Profile::kEvent); !s) return s;
-  if (Status s = open(node, ports.objects, "/vision/objects:o", Profile::kState); !s) return s;
-  if (Status s = open(node, ports.hand, "/vision/hand:o", Profile::kState); !s) return s;
-  if (Status s = open(node, ports.status, "/vision/gaze/status:o", Profile::kState); !s) return s;
-  return open(node, ports.command, "/vision/command:o", Profile::kCommand);
+  if (Status s = open_into(node, ports.image[0], "/vision/left:i", Profile::kSensor, 4); !s) return s;
+  if (Status s = open_into(node, ports.image[1], "/vision/right:i", Profile::kSensor, 4); !s) return s;
+  if (Status s = open_into(node, ports.info[0], "/vision/left_info:i", Profile::kState, 4); !s) return s;
+  if (Status s = open_into(node, ports.info[1], "/vision/right_info:i", Profile::kState, 4); !s) return s;
+  if (Status s = open_into(node, ports.head, "/vision/head:i", Profile::kState, 64); !s) return s;
+  if (Status s = open_into(node, ports.torso, "/vision/torso:i", Profile::kState, 64); !s) return s;
+  if (Status s = open_into(node, ports.gaze, "/vision/gaze:i", Profile::kEvent, 16); !s) return s;
+  if (Status s = open_into(node, ports.heard, "/vision/heard:i", Profile::kEvent, 16); !s) return s;
+  if (Status s = open_into(node, ports.taught, "/vision/taught:o", Profile::kEvent); !s) return s;
+  if (Status s = open_into(node, ports.objects, "/vision/objects:o", Profile::kState); !s) return s;
+  if (Status s = open_into(node, ports.hand, "/vision/hand:o", Profile::kState); !s) return s;
+  if (Status s = open_into(node, ports.status, "/vision/gaze/status:o", Profile::kState); !s) return s;
+  return open_into(node, ports.command, "/vision/command:o", Profile::kCommand);
 }
 
 Time time_of(const msgs::Header& header) {

@@ -17,7 +17,8 @@ namespace nido {
 
 // The header's stamp is 0 unless it is set afterwards.
 [[nodiscard]] msgs::Values message_of(const Values& values);
-// No bytes are the empty list. kInvalidArgument: the bytes are no list, or one beyond the limits; the sentence tells where.
+// No bytes are the empty list. kInvalidArgument: the bytes are no list, or one beyond the limits; the
+// sentence tells where.
 Result<Values> values_of(const msgs::Values& message, const ValueLimits& limits = {});
 
 }  // namespace nido
