@@ -121,9 +121,7 @@ void ObjectTracker::judge_shape(Track& track, const Claim& seen, const StereoBlo
 }
 
 void ObjectTracker::update(Track& track, const Claim& seen, const StereoBlobs& input) {
-  track.box = seen.box;
-  track.seen = input.stamp;
-  track.seen_now = true;
+  const bool confirmed = track.views >= settings_.frames_to_confirm;
   const Body* body = &templates_.objects[track.object].body;
   double visible = 1;
   double inside = 1;
@@ -133,10 +131,16 @@ void ObjectTracker::update(Track& track, const Claim& seen, const StereoBlobs& i
     visible = std::min(visible, area(seen.outlines[e]) / area(expected));
     inside = std::min(inside, inside_fraction(seen.outlines[e], expected));
   }
-  const auto fit = fit_body(*body, input.eyes, seen.outlines, track.pose(), false);
+  const auto fit = fit_body(*body, input.eyes, seen.outlines, track.pose(), !confirmed);
+  // a first glimpse that later views do not bear out (a thing that fell just then) is forgotten and taken up
+  // anew
+  if (!confirmed && (!fit || fit->overlap < settings_.least_overlap)) return;
+  track.box = seen.box;
+  track.seen = input.stamp;
+  track.seen_now = true;
   // a thing that is explained as a whole where it is now is not hidden, whatever was expected
   const bool whole = visible >= settings_.whole_fraction || (fit && fit->overlap > settings_.whole_overlap);
-  track.occluded = track.views > 0 && !whole;
+  track.occluded = confirmed && !whole;
   if (track.occluded && inside > 0.93) {
     // what is left of it lies where it should if it had not moved: believe that
     track.confidence +=
