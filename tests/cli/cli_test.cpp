@@ -143,6 +143,19 @@ TEST_F(WithNodes, ListsAndDescribes) {
   EXPECT_TRUE(contains(node.out, "behaviour = clock")) << node.out;
 }
 
+TEST_F(WithNodes, ANodeIsToldWhatOneOfItsServicesUnderstands) {
+  const auto service = nido_tool({"node", "call", "body", "estop", "clear"});
+  EXPECT_EQ(service.code, 0) << service.err;
+  EXPECT_EQ(service.out, "[ok] clear\n");
+  // what no service of the node is called is for the node itself
+  const auto itself = nido_tool({"node", "call", "body", "info"});
+  EXPECT_EQ(itself.code, 0) << itself.err;
+  EXPECT_TRUE(contains(itself.out, "[ok] body ready")) << itself.out;
+  const auto nonsense = nido_tool({"node", "call", "body", "sing"});
+  EXPECT_EQ(nonsense.code, 1);
+  EXPECT_TRUE(contains(nonsense.out, "not understood")) << nonsense.out;
+}
+
 TEST_F(WithNodes, AMisspeltNameIsMended) {
   const auto ended = nido_tool({"port", "info", "/body/comand:i", "--wait", "1"});
   EXPECT_EQ(ended.code, 3);

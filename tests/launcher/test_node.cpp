@@ -1,5 +1,5 @@
 // A node for tests of whole runs; what it does is told by its parameter `behaviour`:
-//   clock    drives /clock, 10 ms a tick
+//   clock    drives /clock, 10 ms a tick, and can be stopped as a robot can
 //   follow   ticks
 //   fail     says that it failed, before it is ready
 //   late     is never ready
@@ -36,6 +36,8 @@ Status body(Node& node) {
   if (*behaviour == "clock") {
     auto input = node.open_input<msgs::JointCommand>("/body/command:i", Profile::kCommand);
     if (!input) return input.error();
+    auto estop = node.open_service("/body/estop", [](const std::string& text) { return "[ok] " + text; });
+    if (!estop) return estop.error();
     node.set_ready();
     for (Time now{0};; now.ns += 10000000) {
       if (auto status = node.publish_clock(now); !status) return status;

@@ -1,5 +1,6 @@
 // nido-robot as a process: starts, publishes, answers, ends.
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <poll.h>
 #include <signal.h>
@@ -13,7 +14,9 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <thread>
 
+#include "nido/middleware/directory.h"
 #include "nido/middleware/node.h"
 #include "nido/middleware/typed_port.h"
 #include "nido/wrappers/clients.h"
@@ -147,6 +150,103 @@ TEST_F(RobotProcess, ServesTheFakeRobotAndEndsWhenAskedTo) {
   const std::optional<int> code = robot.wait(1.0);
   ASSERT_TRUE(code.has_value()) << "still running 1 s after SIGTERM";
   EXPECT_EQ(*code, 0);
+}
+
+// A left arm and a torso with what a real robot's file would say.
+std::string careful_robot(const std::string& safety) {
+  const std::string urdf = std::string(NIDO_CONFIG_DIR) + "/robots/icub.urdf";
+  std::string text =
+      "robot: icubSim\nclock: wall\nbody: {urdf: " + urdf + "}\nsafety:\n" + safety + "devices:\n";
+  std::string servers = "servers:\n";
+  for (const char* part : {"torso", "left_arm"}) {
+    text += fmt::format("  - {{name: {0}, kind: fake/control_board, parameters: {{part: {0}, urdf: {1}}}}}\n",
+                        part, urdf);
+    servers += fmt::format("  - {{device: {0}, port: {0}}}\n", part);
+  }
+  return text + servers;
+}
+
+TEST_F(RobotProcess, AnEmergencyStopIsSeenAndStaysUntilItIsCleared) {
+  Process robot(command(write(careful_robot("  estop: idle\n"))));
+  ASSERT_TRUE(robot.started());
+  const auto node = observer();
+  const auto directory = required(Directory::open(*node));
+  const auto is = [&](const std::string& state) {
+    return directory->wait(
+        [&](const Directory& d) { return d.node("robot") && d.node("robot")->state == state; }, kPatience_s);
+  };
+  ASSERT_TRUE(is("ready"));
+  EXPECT_EQ(required(node->call("/icubSim/estop", "a test", kPatience_s)), "[ok]");
+  ASSERT_TRUE(is("failed"));
+  const std::string sentence =
+      "the emergency stop is on (a test): 'nido node call robot estop clear' ends it";
+  EXPECT_EQ(directory->node("robot")->detail, sentence);
+  EXPECT_EQ(required(node->call("/icubSim/left_arm/rpc:i", "set pos 3 60", kPatience_s)),
+            "[fail] \"" + sentence + "\"");
+  EXPECT_NE(required(node->call("/icubSim/left_arm/rpc:i", "get icmd cmod 3", kPatience_s)).find("idl"),
+            std::string::npos);
+  EXPECT_EQ(required(node->call("/icubSim/estop", "clear", kPatience_s)), "[ok]");
+  ASSERT_TRUE(is("ready"));
+  EXPECT_EQ(required(node->call("/icubSim/left_arm/rpc:i", "set pos 3 60", kPatience_s)), "[ok]");
+}
+
+TEST_F(RobotProcess, ANodeThatIsNotHeardAnyMoreStopsTheRobot) {
+  auto carer = observer();
+  const std::string name = carer->options().name;
+  Process robot(command(write(careful_robot("  heartbeat: {from: [" + name + "], timeout_s: 3}\n"))));
+  ASSERT_TRUE(robot.started());
+  const auto heard = [&](Node& node) {
+    return required(node.call("/icubSim/estop", "state", kPatience_s)) ==
+           "[is] state running \"\" (" + name + ") [ok]";
+  };
+  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+  while (!heard(*carer) && std::chrono::steady_clock::now() < end) std::this_thread::yield();
+  ASSERT_TRUE(heard(*carer));
+  NodeOptions options;
+  options.name = name + "b";
+  options.domain = kDomain;
+  options.handle_signals = false;
+  carer.reset();
+  const auto other = required(Node::create(options));
+  std::string state;
+  while (state.find("stopped") == std::string::npos && std::chrono::steady_clock::now() < end) {
+    state = required(other->call("/icubSim/estop", "state", kPatience_s));
+  }
+  EXPECT_NE(state.find("stopped \"no heartbeat of " + name + " for 3 s\""), std::string::npos) << state;
+}
+
+TEST_F(RobotProcess, LimitsAndBordersOfARobotFileAreKept) {
+  Process robot(command(write(careful_robot(
+      "  speed: 0.5\n  limits:\n    - {device: left_arm, joint: l_elbow, max_deg: 80, speed_deg_s: 20}\n"
+      "  workspace:\n    - {name: ceiling, links: [l_hand], inside: {z_m: [-1, 0.1]}}\n"))));
+  ASSERT_TRUE(robot.started());
+  const auto node = observer();
+  const auto ask = [&](const char* line) {
+    return required(node->call("/icubSim/left_arm/rpc:i", line, kPatience_s));
+  };
+  EXPECT_EQ(ask("get llim 3").substr(0, 19), "[is] llim 15.5 80.0");
+  EXPECT_EQ(ask("get vlim 3").substr(0, 18), "[is] vlim 0.0 10.0");
+  const std::string refused = ask("set pos 0 -95");
+  EXPECT_EQ(refused.substr(0, 6), "[fail]") << refused;
+  EXPECT_NE(refused.find("mm beyond the border 'ceiling' of the workspace: nothing moves"), std::string::npos)
+      << refused;
+}
+
+TEST_F(RobotProcess, SafetyThatMakesNoSenseIsRefused) {
+  const auto refusal = [&](const std::string& safety) {
+    const auto [code, said] = run_failing(write(careful_robot(safety)));
+    EXPECT_EQ(code, 2) << said;
+    return said;
+  };
+  EXPECT_NE(refusal("  limits: [{device: left_arm, joint: 3, max_deg: 300}]\n").find("wider"),
+            std::string::npos);
+  EXPECT_NE(refusal("  limits: [{device: left_leg, joint: 3}]\n").find("there is no device 'left_leg'"),
+            std::string::npos);
+  EXPECT_NE(refusal("  workspace: [{name: a, links: [l_hand]}]\n").find("one of inside, outside, plane"),
+            std::string::npos);
+  EXPECT_NE(
+      refusal("  workspace: [{name: a, links: [l_hand], inside: {x_m: [1, 0]}}]\n").find("smaller one first"),
+      std::string::npos);
 }
 
 TEST_F(RobotProcess, AWrongKeyIsRefusedWithFileAndLine) {

@@ -63,7 +63,7 @@ TEST(TaskControl, AnEmergencyStopEndsAndRefusesMotionsOfHandAndGaze) {
   EXPECT_FALSE(rig.gaze().look_at({-0.5, -0.2, 0.1}).ok());
   for (int period = 0; period < 50; ++period) rig.advance();
   EXPECT_LT((rig.hand().state()->X_RootPalm.translation() - there_m).norm(), 1e-6);
-  rig.safety()->reset();
+  rig.safety()->clear();
   for (int period = 0; period < 2; ++period) rig.advance();
   EXPECT_TRUE(rig.hand().go_to(goal).ok());
 }

@@ -366,6 +366,13 @@ int main(int argc, char** argv) {
       verbs.add(node, "info", "parameters, ports, connections, losses of a process", "nido node info vision");
   node_info->add_option("node", node_name, "name of a node")->required();
   node_info->callback([&] { throw CLI::RuntimeError(cli::node_info(common, node_name)); });
+  std::vector<std::string> node_words;
+  auto* node_call = verbs.add(node, "call", "tell a process something: the emergency stop of a robot",
+                              "nido node call robot estop\n  nido node call robot estop clear");
+  node_call->add_option("node", node_name, "name of a node")->required();
+  node_call->add_option("text", node_words, "last name of one of its services, and what that is told")
+      ->required();
+  node_call->callback([&] { throw CLI::RuntimeError(cli::node_call(common, node_name, node_words)); });
 
   ParamArguments param_args;
   add_params(verbs, param_args);

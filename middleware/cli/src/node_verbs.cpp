@@ -48,6 +48,14 @@ Json json_of(const NodeDescription& node, int restarts) {
           {"ports", ports}};
 }
 
+// The node's service that is called by the first word: "/icubSim/estop" for "estop clear".
+std::string service_named(const NodeDescription& node, const std::string& word) {
+  for (const auto& port : node.ports) {
+    if (port.direction == "service" && port.name.substr(port.name.rfind('/') + 1) == word) return port.name;
+  }
+  return "";
+}
+
 }  // namespace
 
 int node_list(const Common& common) {
@@ -111,6 +119,26 @@ int node_info(const Common& common, const std::string& name) {
     }
   }
   return 0;
+}
+
+int node_call(const Common& common, const std::string& name, const std::vector<std::string>& words) {
+  auto session = join(common);
+  if (!session) return fail(session.error());
+  auto node = find_node(*session, common, name);
+  if (interrupted()) return 130;
+  if (!node) return fail(node.error());
+  std::string port = service_named(*node, words.front());
+  // what is no service of the node is a word for the node itself
+  const std::size_t first = port.empty() ? 0 : 1;
+  if (port.empty()) port = "/" + name + "/control";
+  std::string text;
+  for (std::size_t i = first; i < words.size(); ++i) text += (i > first ? " " : "") + words[i];
+  auto answer = session->node->call(port, text, common.wait_s);
+  if (interrupted()) return 130;
+  if (!answer) return fail(answer.error());
+  fmt::print("{}\n",
+             common.json ? Json{{"port", port}, {"request", text}, {"answer", *answer}}.dump() : *answer);
+  return answer->starts_with("[fail]") ? 1 : 0;
 }
 
 }  // namespace nido::cli

@@ -23,6 +23,8 @@ int port_ping(const Common& common, const std::string& port, int count);
 
 int node_list(const Common& common);
 int node_info(const Common& common, const std::string& node);
+// Asks the service of the node whose name ends in the first word, or the node itself.
+int node_call(const Common& common, const std::string& node, const std::vector<std::string>& words);
 
 // Parameters of a running node.
 int param_list(const Common& common, const std::string& node);

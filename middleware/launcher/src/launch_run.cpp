@@ -43,6 +43,8 @@ bool mentions(const YAML::Node& node, const std::string& word) {
 }
 
 constexpr const char* kRecorder = "recorder";
+// last name of the port that stops a robot
+constexpr const char* kEstop = "/estop";
 // lines of the story that are kept for those that come later
 constexpr std::size_t kStoryKept = 200;
 
@@ -246,6 +248,7 @@ int LaunchRun::run() {
       print(paint_.dim(fmt::format("  watch and drive it at http://127.0.0.1:{}/",
                                    process_named(kDashboard).parameters["port"].as<int>())));
     }
+    if (keys_.are_there()) print(paint_.dim("  the space bar is the emergency stop"));
     status = join();
   }
   if (!status) {
@@ -300,6 +303,7 @@ void LaunchRun::step() {
   tell_story();
   look_at_nodes();
   look_at_limits();
+  take_keys();
   take_signals();
   tell_status(false);
 }
@@ -320,6 +324,27 @@ void LaunchRun::take_signals() {
                       info.ssi_signo == SIGINT ? "Ctrl-C" : strsignal(static_cast<int>(info.ssi_signo))));
     }
   }
+}
+
+void LaunchRun::take_keys() {
+  bool is_asked = false;
+  while (const auto key = keys_.take()) is_asked = is_asked || *key == ' ';
+  if (!is_asked) return;
+  bool is_there = false;
+  for (const auto& node : directory_->nodes()) {
+    for (const auto& port : node.ports) {
+      if (port.direction != "service" || !port.name.ends_with(kEstop)) continue;
+      is_there = true;
+      constexpr double kPatience_s = 1.0;
+      const auto answer = node_->call(port.name, "the space bar in the launcher", kPatience_s);
+      print(answer ? paint_.red(fmt::format(
+                         "emergency stop: '{}' takes no command until 'nido node call {} estop clear'",
+                         node.name, node.name))
+                   : paint_.red(fmt::format("emergency stop: '{}' does not answer: {}", node.name,
+                                            answer.error().message)));
+    }
+  }
+  if (!is_there) print(paint_.red("emergency stop: no robot is there"));
 }
 
 void LaunchRun::on_event(const SupervisorEvent& event) {

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "keys.h"
 #include "nido/launcher/app.h"
 #include "nido/launcher/launch.h"
 #include "nido/launcher/paths.h"
@@ -58,6 +59,8 @@ class LaunchRun {
   void tell_story();
   void look_at_limits();
   void take_signals();
+  // The space bar is the emergency stop of every robot of the run.
+  void take_keys();
   void end(int exit_code, const std::string& sentence);
   void shut_down();
   void look_at_recording(const SupervisorEvent& event);
@@ -79,6 +82,7 @@ class LaunchRun {
   const Places& places_;
   int signal_fd_;
   Paint paint_;
+  Keys keys_;
   RunSettings settings_;
   RunFolder folder_;
   std::map<std::string, std::string> programs_;

@@ -17,6 +17,8 @@ namespace {
 constexpr double kBrakingTime_s = 0.05;
 // nearer to a limit than this, nothing pushes further out
 constexpr double kEdge_rad = 0.005;
+// speeds that come between two control periods are judged over as long a way as one of these
+constexpr double kNominalPeriod_s = 0.01;
 
 constexpr std::array kStreamed = {ControlMode::kDirect, ControlMode::kVelocity, ControlMode::kTorque,
                                   ControlMode::kPwm};
@@ -44,6 +46,20 @@ double clamp_command(ControlMode mode, const JointLimits& limits, double value) 
     default:
       return std::clamp(value, limits.min_rad, limits.max_rad);
   }
+}
+
+// Motions of mode position have speeds of their own from the start.
+Status slow_down(IControlBoard& device, const std::vector<JointLimits>& limits) {
+  const Result<std::vector<double>> speeds = device.reference_speeds();
+  if (!speeds) return speeds.error();
+  std::vector<int> joints;
+  std::vector<double> slower;
+  for (std::size_t i = 0; i < limits.size(); ++i) {
+    if ((*speeds)[i] <= limits[i].max_velocity_rad_s) continue;
+    joints.push_back(static_cast<int>(i));
+    slower.push_back(limits[i].max_velocity_rad_s);
+  }
+  return joints.empty() ? Status() : device.set_reference_speeds(joints, slower);
 }
 
 }  // namespace
@@ -79,6 +95,10 @@ Result<std::unique_ptr<LimitedControlBoard>> LimitedControlBoard::create(IContro
                                limits[i].max_velocity_rad_s, limits[i].max_torque_Nm)};
     }
   }
+  if (const bool may = !options.safety || options.safety->may_command().ok();
+      may && !options.narrower.empty()) {
+    if (Status slower = slow_down(device, limits); !slower) return slower.error();
+  }
   return std::unique_ptr<LimitedControlBoard>(
       new LimitedControlBoard(device, clock, std::move(options), std::move(limits)));
 }
@@ -91,7 +111,13 @@ LimitedControlBoard::LimitedControlBoard(IControlBoard& device, const IClock& cl
       widest_(std::move(limits)),
       limits_(widest_),
       streams_(limits_.size()),
-      stepped_ns_(clock.now_ns()) {}
+      axes_(options_.workspace ? options_.workspace->axes_of(device) : std::vector<int>()),
+      target_rad_(limits_.size()),
+      is_driven_(limits_.size(), false),
+      stepped_ns_(clock.now_ns()) {
+  const Result<JointReading> reading = device.read_joints();
+  if (options_.workspace && reading) options_.workspace->note(axes_, reading->position_rad, target_rad_);
+}
 
 double LimitedControlBoard::allowed(const Stream& stream, const JointLimits& limits, double position_rad,
                                     double dt_s) const {
@@ -139,6 +165,16 @@ Status LimitedControlBoard::stream(ControlMode mode, std::span<const int> joints
   if (!reading) return reading.error();
   std::vector<Stream> next = streams_;
   std::vector<double> now_sent;
+  if (options_.workspace && (mode == ControlMode::kTorque || mode == ControlMode::kPwm)) {
+    std::string rule;
+    for (const int joint : options_.workspace->near_a_border(axes_, rule)) {
+      if (std::find(joints.begin(), joints.end(), joint) == joints.end()) continue;
+      return Error{
+          ErrorCode::kFailed,
+          fmt::format("{} joint {}: so near to the border '{}' of the workspace no force is put on it",
+                      options_.part, joint, rule)};
+    }
+  }
   for (std::size_t i = 0; i < joints.size(); ++i) {
     const std::size_t j = at(joints[i]);
     Stream& entry = next[j];
@@ -149,11 +185,13 @@ Status LimitedControlBoard::stream(ControlMode mode, std::span<const int> joints
     entry.wanted = clamp_command(mode, limits_[j], values[i]);
     entry.renewed_ns = clock_.now_ns();
     // a direct target moves on in step_to only, by as much as a control period allows
-    entry.sent = allowed(entry, limits_[j], reading->position_rad[j], 0.0);
-    now_sent.push_back(entry.sent);
+    now_sent.push_back(allowed(entry, limits_[j], reading->position_rad[j], 0.0));
   }
+  if (mode == ControlMode::kVelocity) (void)brake(mode, joints, now_sent, *reading, kNominalPeriod_s);
+  for (std::size_t i = 0; i < joints.size(); ++i) next[at(joints[i])].sent = now_sent[i];
   if (Status sent = send(mode, joints, now_sent); !sent) return sent;
-  streams_ = std::move(next);
+  forget(joints);
+  for (const int joint : joints) streams_[at(joint)] = next[at(joint)];
   return {};
 }
 
@@ -161,14 +199,15 @@ Status LimitedControlBoard::step_to(std::int64_t now_ns) {
   const std::lock_guard lock(mutex_);
   const double dt_s = static_cast<double>(now_ns - stepped_ns_) * 1e-9;
   stepped_ns_ = now_ns;
-  const bool stopped = options_.safety && options_.safety->is_stopped();
-  if (stopped != std::exchange(is_halted_, stopped) && stopped) {
-    if (Status halted = stop_all(); !halted) return halted;
-  }
-  if (std::all_of(streams_.begin(), streams_.end(), [](const Stream& s) { return !is_streamed(s.mode); }))
-    return {};
+  halt(now_ns);
+  const bool streams = std::any_of(streams_.begin(), streams_.end(),
+                                   [](const Stream& stream) { return is_streamed(stream.mode); });
+  if (!streams && !options_.workspace) return {};
   const Result<JointReading> reading = device_.read_joints();
   if (!reading) return reading.error();
+  if (options_.workspace) options_.workspace->note(axes_, reading->position_rad, target_rad_);
+  if (Status inside = stay_inside(*reading); !inside) return inside;
+  std::optional<std::string> border;
   for (const ControlMode mode : kStreamed) {
     std::vector<int> joints;
     std::vector<double> values;
@@ -188,43 +227,47 @@ Status LimitedControlBoard::step_to(std::int64_t now_ns) {
         report(joint, mode == ControlMode::kTorque ? "torque" : "duty cycle");
         continue;
       }
-      const double value =
-          allowed(entry, limits_[at(joint)], reading->position_rad[at(joint)], std::max(dt_s, 0.0));
-      if (value == entry.sent) continue;
-      entry.sent = value;
       joints.push_back(joint);
-      values.push_back(value);
+      values.push_back(
+          allowed(entry, limits_[at(joint)], reading->position_rad[at(joint)], std::max(dt_s, 0.0)));
     }
-    if (joints.empty() && to_hold.empty()) continue;
-    const Status sent = send(mode, joints, values);
-    if (!sent && sent.error().code != ErrorCode::kFailed) return sent;
-    // a joint that broke down meanwhile must not keep the others from what is theirs
-    for (std::size_t i = 0; !sent && i < joints.size(); ++i) {
-      if (!send(mode, {&joints[i], 1}, {&values[i], 1})) streams_[at(joints[i])] = Stream{};
+    if (mode == ControlMode::kDirect || mode == ControlMode::kVelocity) {
+      if (const auto rule = brake(mode, joints, values, *reading, dt_s)) border = rule;
     }
-    for (const int joint : to_hold) {
-      const int one[] = {joint};
-      if (const Status held = device_.stop(one); !held && held.error().code != ErrorCode::kFailed)
-        return held;
-    }
-    forget(to_hold);
+    if (Status sent = send_changes(mode, joints, values); !sent) return sent;
+    if (Status held = hold(to_hold); !held) return held;
   }
+  tell_border(border);
   return {};
 }
 
-// one joint after the other, so that one that is broken does not keep the others from stopping
-Status LimitedControlBoard::stop_all() {
-  for (int joint = 0; joint < axes(); ++joint) {
-    const int one[] = {joint};
-    const Status stopped = device_.stop(one);
-    forget(one);
-    if (!stopped && stopped.error().code != ErrorCode::kFailed) return stopped;
+Status LimitedControlBoard::send_changes(ControlMode mode, std::span<const int> all_joints,
+                                         std::span<const double> all_values) {
+  std::vector<int> joints;
+  std::vector<double> values;
+  for (std::size_t i = 0; i < all_joints.size(); ++i) {
+    double& sent = streams_[at(all_joints[i])].sent;
+    if (sent == all_values[i]) continue;
+    sent = all_values[i];
+    joints.push_back(all_joints[i]);
+    values.push_back(all_values[i]);
+  }
+  if (joints.empty()) return {};
+  const Status sent = send(mode, joints, values);
+  if (!sent && sent.error().code != ErrorCode::kFailed) return sent;
+  // a joint that broke down meanwhile must not keep the others from what is theirs
+  for (std::size_t i = 0; !sent && i < joints.size(); ++i) {
+    if (!send(mode, {&joints[i], 1}, {&values[i], 1})) streams_[at(joints[i])] = Stream{};
   }
   return {};
 }
 
 void LimitedControlBoard::forget(std::span<const int> joints) {
-  for (const int joint : joints) streams_[at(joint)] = Stream{};
+  for (const int joint : joints) {
+    streams_[at(joint)] = Stream{};
+    target_rad_[at(joint)].reset();
+    is_driven_[at(joint)] = false;
+  }
 }
 
 void LimitedControlBoard::report(int joint, const std::string& what) const {
@@ -260,9 +303,9 @@ Status LimitedControlBoard::set_control_mode(std::span<const int> joints, Contro
   if (Status set = device_.set_control_mode(joints, mode); !set) return set;
   const Result<JointReading> reading = device_.read_joints();
   if (!reading) return reading.error();
+  forget(joints);
   for (const int joint : joints) {
     Stream& entry = streams_[at(joint)];
-    entry = {};
     if (!is_streamed(mode)) continue;
     entry.mode = mode;
     entry.renewed_ns = clock_.now_ns();
@@ -279,8 +322,16 @@ Status LimitedControlBoard::move_to(std::span<const int> joints, std::span<const
   for (std::size_t i = 0; i < joints.size(); ++i) {
     clamped[i] = clamp_command(ControlMode::kPosition, limits_[at(joints[i])], clamped[i]);
   }
+  if (options_.workspace) {
+    if (Status inside = options_.workspace->check_targets(body_axes(joints), clamped); !inside) return inside;
+  }
   if (Status sent = device_.move_to(joints, clamped); !sent) return sent;
   forget(joints);
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    target_rad_[at(joints[i])] = clamped[i];
+    is_driven_[at(joints[i])] = true;
+  }
+  note_targets();
   return {};
 }
 
@@ -306,7 +357,9 @@ Status LimitedControlBoard::set_reference_accelerations(std::span<const int> joi
 Status LimitedControlBoard::stop(std::span<const int> joints) {
   const std::lock_guard lock(mutex_);
   // a stop is no harm to a robot that has stopped; one that is only looked at is left alone
-  if (Status may = may_command(); !may) return is_halted_ ? check_joints(axes(), joints) : may;
+  if (Status may = may_command(); !may) {
+    return options_.safety->stopped() ? check_joints(axes(), joints) : may;
+  }
   if (Status stopped = device_.stop(joints); !stopped) return stopped;
   forget(joints);
   return {};
@@ -317,6 +370,7 @@ Status LimitedControlBoard::home(std::span<const int> joints) {
   if (Status may = may_command(); !may) return may;
   if (Status begun = device_.home(joints); !begun) return begun;
   forget(joints);
+  for (const int joint : joints) is_driven_[at(joint)] = true;
   return {};
 }
 
@@ -393,6 +447,7 @@ Status LimitedControlBoard::set_position_limits(int joint, double min_rad, doubl
   if (stream.mode == ControlMode::kDirect) stream.wanted = std::clamp(stream.wanted, low_rad, high_rad);
   const double target_rad[] = {std::clamp((*targets)[at(joint)], low_rad, high_rad)};
   if (is_streamed(stream.mode) || (*done)[at(joint)] || target_rad[0] == (*targets)[at(joint)]) return {};
+  if (target_rad_[at(joint)]) target_rad_[at(joint)] = target_rad[0];
   return device_.move_to(joints, target_rad);
 }
 

@@ -4,10 +4,12 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "limits/safety.h"
+#include "limits/workspace.h"
 #include "nido/interfaces/board_extras.h"
 #include "nido/interfaces/clock.h"
 #include "nido/interfaces/control_board.h"
@@ -21,8 +23,11 @@ struct LimitOptions {
   std::int64_t command_timeout_ns = 100'000'000;  // age at which a streamed command ends
   std::vector<JointLimits> narrower{};     // (axes) or empty: only what is narrower than the device's counts
   std::shared_ptr<const Safety> safety{};  // may be null: commands are always allowed
-  std::function<void(const std::string&)>
-      report{};  // told in a sentence when a joint is stopped; may be empty
+  std::shared_ptr<Workspace> workspace{};  // of all boards of the robot; may be null: no borders
+  // told in a sentence when a joint is stopped because nobody goes on; may be empty
+  std::function<void(const std::string&)> report{};
+  // told in a sentence when a border is met or the device does not stop as it should; may be empty
+  std::function<void(const std::string&)> warn{};
 };
 
 // The one layer below every client of a board, the same for all families of devices: whatever is commanded,
@@ -33,8 +38,10 @@ struct LimitOptions {
 // - a torque or duty cycle that pushes out of the position limits is dropped, and one not renewed in time is
 // replaced by
 //   holding the position (mode position).
-// - while the robot's safety forbids it nothing is commanded at all; joints stop once when the emergency stop
-// comes.
+// - no link is driven beyond a border of the workspace: targets behind it are refused, speeds and direct
+//   targets are slowed down before it, and motions of the device's own that lead there are stopped.
+// - while the robot's safety forbids it nothing is commanded at all; when the emergency stop comes joints are
+//   stopped, again and again until the device has obeyed.
 // Call step_to() once a control period, after the commands and before the device's own step. Thread-safe.
 class LimitedControlBoard final : public LayeredBoard,
                                   public ICommanded,
@@ -96,7 +103,21 @@ class LimitedControlBoard final : public LayeredBoard,
   [[nodiscard]] Status may_command() const {
     return options_.safety ? options_.safety->may_command() : Status();
   }
-  Status stop_all();
+  // Carries out the emergency stop; what the device cannot do now is tried again.
+  void halt(std::int64_t now_ns);
+  Status act_on(std::span<const int> joints);
+  // Stops what is about to leave the workspace, among what is not streamed by position or speed.
+  Status stay_inside(const JointReading& reading);
+  // Stops joints and ends what they were streamed. Fails when the device cannot be commanded at all.
+  Status hold(std::span<const int> joints);
+  // Slows down before the borders of the workspace what is about to be sent, in modes direct and velocity.
+  // The border that made it do so.
+  std::optional<std::string> brake(ControlMode mode, std::span<const int> joints, std::span<double> values,
+                                   const JointReading& reading, double dt_s);
+  Status send_changes(ControlMode mode, std::span<const int> all_joints, std::span<const double> all_values);
+  [[nodiscard]] std::vector<int> body_axes(std::span<const int> joints) const;
+  void note_targets();
+  void tell_border(const std::optional<std::string>& rule);
   Status stream(ControlMode mode, std::span<const int> joints, std::span<const double> values);
   // What may be sent now of what is wanted.
   [[nodiscard]] double allowed(const Stream& stream, const JointLimits& limits, double position_rad,
@@ -113,8 +134,13 @@ class LimitedControlBoard final : public LayeredBoard,
   mutable std::mutex mutex_;
   std::vector<JointLimits> limits_;  // in force
   std::vector<Stream> streams_;
+  std::vector<int> axes_;                          // of the body, of each joint; empty without a workspace
+  std::vector<std::optional<double>> target_rad_;  // of motions of the device's own, if they are known
+  std::vector<bool> is_driven_;                    // by a motion of the device's own
+  std::optional<std::string> border_;              // that was met last, as long as it is
   std::int64_t stepped_ns_ = 0;
-  bool is_halted_ = false;  // the emergency stop has been carried out
+  bool is_halted_ = false;         // the emergency stop has been carried out
+  std::int64_t next_halt_ns_ = 0;  // when it is tried again
 };
 
 // One line a joint: what is in force, for the log at the start. "left_arm 3 l_elbow: 15.0..106.0 deg, 100

@@ -27,17 +27,12 @@ Robot::~Robot() = default;
 
 Result<std::unique_ptr<Robot>> Robot::create(Node& node, const RobotFile& file, const RunSettings& run,
                                              std::int64_t start_ns) {
-  std::unique_ptr<Robot> robot(new Robot(start_ns));
+  std::unique_ptr<Robot> robot(new Robot(node, start_ns));
   DeviceContext context{robot->clock_, file.path, run, file.simulation, nullptr, nullptr};
   context.board = [&robot](const std::string& name) { return robot->board(name); };
-  SafetyOptions safety;
-  safety.read_only = file.safety.read_only;
-  safety.heartbeat_s = file.safety.heartbeat_s;
-  safety.report = [&node](const std::string& sentence) { node.log_warning(sentence); };
-  robot->safety_ = std::make_shared<Safety>(std::move(safety), robot->clock_);
-  robot->speed_ = file.safety.speed;
+  if (Status made = robot->make_safety(file); !made) return made.error();
   for (const DeviceEntry& entry : file.devices) {
-    if (Status added = robot->add_device(node, entry, context); !added) return added.error();
+    if (Status added = robot->add_device(entry, file.safety, context); !added) return added.error();
   }
   robot->simulated_ = context.simulated;
   robot->yarp_network_ = context.yarp_network;
@@ -52,12 +47,18 @@ Result<std::unique_ptr<Robot>> Robot::create(Node& node, const RobotFile& file, 
                              sim::Simulation::kControlPeriod_s, file.period_s)};
   }
   auto service =
-      node.open_service("/" + file.robot + "/safety",
+      node.open_service("/" + file.robot + "/estop",
                         [safety = robot->safety_](const std::string& line) { return safety->reply(line); });
   if (!service) return service.error();
-  robot->safety_service_ = std::move(*service);
+  robot->estop_service_ = std::move(*service);
+  if (!file.safety.heartbeat_from.empty()) {
+    auto heartbeat =
+        Heartbeat::listen(node, robot->safety_, file.safety.heartbeat_from, file.safety.heartbeat_s);
+    if (!heartbeat) return heartbeat.error();
+    robot->heartbeat_ = std::move(*heartbeat);
+  }
   for (const ServerEntry& entry : file.servers) {
-    if (Status added = robot->add_server(node, entry); !added) return added.error();
+    if (Status added = robot->add_server(entry); !added) return added.error();
   }
   if (!file.body.urdf.empty()) {
     std::vector<const IControlBoard*> boards;
@@ -73,6 +74,42 @@ Result<std::unique_ptr<Robot>> Robot::create(Node& node, const RobotFile& file, 
   return robot;
 }
 
+Status Robot::make_safety(const RobotFile& file) {
+  SafetyOptions options;
+  options.read_only = file.safety.read_only;
+  options.action = file.safety.estop;
+  options.heartbeat_s = file.safety.heartbeat_s;
+  options.node = node_.options().name;
+  options.report = [&node = node_](const std::string& sentence) { node.log_warning(sentence); };
+  safety_ = std::make_shared<Safety>(std::move(options), clock_);
+  if (file.safety.workspace.empty()) return {};
+  if (file.body.urdf.empty()) {
+    return Error{ErrorCode::kInvalidArgument,
+                 fmt::format("{}: safety.workspace needs to know the body: say 'body: {{urdf: icub.urdf}}'",
+                             file.path.string())};
+  }
+  Result<RobotModel> model = RobotModel::load(file.path.parent_path() / file.body.urdf);
+  if (!model) return model.error();
+  Result<std::shared_ptr<Workspace>> workspace = Workspace::create(std::move(*model), file.safety.workspace);
+  if (!workspace) {
+    return Error{workspace.error().code,
+                 fmt::format("{}: safety: {}", file.path.string(), workspace.error().message)};
+  }
+  workspace_ = std::move(*workspace);
+  return {};
+}
+
+void Robot::tell_health() {
+  const auto stopped = safety_->stopped();
+  if (stopped == told_) return;
+  told_ = stopped;
+  if (stopped) {
+    node_.set_failed(safety_->may_command().error().message);
+  } else {
+    node_.set_ready();
+  }
+}
+
 IControlBoard* Robot::board(const std::string& name) const {
   for (const Device& device : devices_) {
     if (device.name == name) return device.limited.get();
@@ -80,7 +117,7 @@ IControlBoard* Robot::board(const std::string& name) const {
   return nullptr;
 }
 
-Status Robot::add_device(Node& node, const DeviceEntry& entry, DeviceContext& context) {
+Status Robot::add_device(const DeviceEntry& entry, const SafetyEntry& safety, DeviceContext& context) {
   Result<MadeDevice> made = make_device(entry.kind, entry.parameters, context);
   if (!made)
     return Error{made.error().code, fmt::format("device '{}': {}", entry.name, made.error().message)};
@@ -91,61 +128,70 @@ Status Robot::add_device(Node& node, const DeviceEntry& entry, DeviceContext& co
     LimitOptions options;
     options.part = entry.name;
     options.safety = safety_;
-    if (speed_ < 1) {
-      Result<std::vector<JointLimits>> slower = (*board)->limits();
-      if (!slower) return slower.error();
-      for (JointLimits& joint : *slower) joint.max_velocity_rad_s *= speed_;
-      options.narrower = std::move(*slower);
+    options.workspace = workspace_;
+    if (safety.speed < 1 || safety.limits.contains(entry.name)) {
+      Result<std::vector<JointLimits>> narrower = narrowed(**board, entry.name, safety);
+      if (!narrower)
+        return Error{narrower.error().code,
+                     fmt::format("{}: {}", context.file.string(), narrower.error().message)};
+      options.narrower = std::move(*narrower);
     }
-    options.report = [&node](const std::string& sentence) { node.log_debug(sentence); };
+    options.report = [&node = node_](const std::string& sentence) { node.log_debug(sentence); };
+    options.warn = [&node = node_](const std::string& sentence) { node.log_warning(sentence); };
     Result<std::unique_ptr<LimitedControlBoard>> limited =
         LimitedControlBoard::create(**board, clock_, std::move(options));
     if (!limited) return limited.error();
     device.limited = std::move(*limited);
-    for (const std::string& line : describe_limits(entry.name, *device.limited)) node.log_debug(line);
+    for (const std::string& line : describe_limits(entry.name, *device.limited)) node_.log_debug(line);
+  }
+  if (safety.limits.contains(entry.name) && !device.limited) {
+    return Error{
+        ErrorCode::kInvalidArgument,
+        fmt::format("{}: safety.limits: device '{}' is no control board", context.file.string(), entry.name)};
   }
   devices_.push_back(std::move(device));
   return {};
 }
 
-Status Robot::add_server(Node& node, const ServerEntry& entry) {
+Status Robot::add_server(const ServerEntry& entry) {
   const auto found = std::find_if(devices_.begin(), devices_.end(),
                                   [&](const Device& device) { return device.name == entry.device; });
   const auto period_ns = static_cast<std::int64_t>(std::llround(1e9 / entry.rate_hz));
   const std::string& port = entry.port;
   using Opened = Result<std::unique_ptr<IServer>>;
   Opened server = std::visit(
-      Overloaded{[&](std::unique_ptr<IControlBoard>&) -> Opened {
-                   return serve_control_board(node, port, *found->limited, period_ns);
-                 },
-                 [&](std::unique_ptr<ICamera>& camera) -> Opened {
-                   return serve_camera(node, port, *camera,
-                                       {period_ns, static_cast<std::int64_t>(entry.latency_s * 1e9),
-                                        entry.frame, entry.on_demand});
-                 },
-                 [&](std::unique_ptr<IDepthCamera>& camera) -> Opened {
-                   return serve_depth(node, port, *camera, period_ns, entry.frame);
-                 },
-                 [&](std::unique_ptr<ITouch>& touch) -> Opened {
-                   return serve_touch(node, port, *touch, period_ns, entry.frame);
-                 },
-                 [&](std::unique_ptr<IAudioGrabberSound>& audio) -> Opened {
-                   return serve_audio(node, port, *audio, period_ns, entry.frame);
-                 },
-                 [&](std::unique_ptr<IAudioRender>& speaker) -> Opened {
-                   return serve_speaker(node, port, *speaker);
-                 },
-                 [&](std::unique_ptr<ICartesianControl>& hand) -> Opened {
-                   return serve_cartesian(node, port, *hand);
-                 },
-                 [&](std::unique_ptr<IGazeControl>& gaze) -> Opened { return serve_gaze(node, port, *gaze); },
-                 [&](std::unique_ptr<IWorld>& world) -> Opened { return serve_world(node, port, *world); },
-                 [&](std::unique_ptr<IForceTorque>& sensor) -> Opened {
-                   return serve_force_torque(node, port, *sensor, period_ns, entry.frame);
-                 },
-                 [&](std::unique_ptr<IInertial>& sensor) -> Opened {
-                   return serve_inertial(node, port, *sensor, period_ns, entry.frame);
-                 }},
+      Overloaded{
+          [&](std::unique_ptr<IControlBoard>&) -> Opened {
+            return serve_control_board(node_, port, *found->limited, period_ns);
+          },
+          [&](std::unique_ptr<ICamera>& camera) -> Opened {
+            return serve_camera(
+                node_, port, *camera,
+                {period_ns, static_cast<std::int64_t>(entry.latency_s * 1e9), entry.frame, entry.on_demand});
+          },
+          [&](std::unique_ptr<IDepthCamera>& camera) -> Opened {
+            return serve_depth(node_, port, *camera, period_ns, entry.frame);
+          },
+          [&](std::unique_ptr<ITouch>& touch) -> Opened {
+            return serve_touch(node_, port, *touch, period_ns, entry.frame);
+          },
+          [&](std::unique_ptr<IAudioGrabberSound>& audio) -> Opened {
+            return serve_audio(node_, port, *audio, period_ns, entry.frame);
+          },
+          [&](std::unique_ptr<IAudioRender>& speaker) -> Opened {
+            return serve_speaker(node_, port, *speaker);
+          },
+          [&](std::unique_ptr<ICartesianControl>& hand) -> Opened {
+            return serve_cartesian(node_, port, *hand);
+          },
+          [&](std::unique_ptr<IGazeControl>& gaze) -> Opened { return serve_gaze(node_, port, *gaze); },
+          [&](std::unique_ptr<IWorld>& world) -> Opened { return serve_world(node_, port, *world); },
+          [&](std::unique_ptr<IForceTorque>& sensor) -> Opened {
+            return serve_force_torque(node_, port, *sensor, period_ns, entry.frame);
+          },
+          [&](std::unique_ptr<IInertial>& sensor) -> Opened {
+            return serve_inertial(node_, port, *sensor, period_ns, entry.frame);
+          }},
       found->device);
   if (!server) return server.error();
   servers_.push_back(std::move(*server));
@@ -191,6 +237,7 @@ Status Robot::step_to(std::int64_t now_ns) {
     if (Status taken = server->take_commands(); !taken) return taken;
   }
   safety_->step_to(now_ns);
+  tell_health();
   for (ISteppable* commander : commanders_) {
     if (Status commanded = commander->step_to(now_ns); !commanded) return commanded;
   }

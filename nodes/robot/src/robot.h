@@ -11,6 +11,7 @@
 #include "nido/middleware/node.h"
 #include "nido/wrappers/server.h"
 #include "src/device_registry.h"
+#include "src/heartbeat.h"
 #include "src/robot_file.h"
 
 namespace nido {
@@ -42,9 +43,12 @@ class Robot {
   Status step_to(std::int64_t now_ns);
 
  private:
-  explicit Robot(std::int64_t start_ns) : clock_(start_ns) {}
-  Status add_device(Node& node, const DeviceEntry& entry, DeviceContext& context);
-  Status add_server(Node& node, const ServerEntry& entry);
+  Robot(Node& node, std::int64_t start_ns) : node_(node), clock_(start_ns) {}
+  Status make_safety(const RobotFile& file);
+  Status add_device(const DeviceEntry& entry, const SafetyEntry& safety, DeviceContext& context);
+  Status add_server(const ServerEntry& entry);
+  // What others read of this node says whether the emergency stop is on.
+  void tell_health();
 
   [[nodiscard]] IControlBoard* board(const std::string& name) const;
 
@@ -53,6 +57,7 @@ class Robot {
     AnyDevice device;
     std::unique_ptr<LimitedControlBoard> limited;  // of control boards only
   };
+  Node& node_;
   // in this order, so that servers end before what they serve, and devices before their clock
   ManualClock clock_;
   std::shared_ptr<sim::SimulatedRobot> simulated_;
@@ -61,12 +66,14 @@ class Robot {
   bool is_silent_ = false;   // nothing comes from the far side
   std::int64_t far_ns_ = 0;  // newest time of the far side
   std::shared_ptr<Safety> safety_;
-  double speed_ = 1;  // of the top speeds
+  std::shared_ptr<Workspace> workspace_;  // null without borders
+  std::optional<std::string> told_;       // the stop that others know of
   std::vector<Device> devices_;
   std::vector<ISteppable*> steppables_;
   std::vector<ISteppable*> commanders_;  // they command boards
   std::vector<std::unique_ptr<IServer>> servers_;
-  std::unique_ptr<Node::Service> safety_service_;
+  std::unique_ptr<Node::Service> estop_service_;
+  std::unique_ptr<Heartbeat> heartbeat_;
 };
 
 }  // namespace nido

@@ -70,29 +70,6 @@ const Schema& body_schema() {
   return schema;
 }
 
-const Schema& safety_schema() {
-  static const Schema schema{
-      "safety",
-      "",
-      {{.key = "read_only",
-        .kind = ValueKind::kFlag,
-        .fallback = "false",
-        .meaning = "every command is refused"},
-       {.key = "speed",
-        .kind = ValueKind::kNumber,
-        .fallback = "1",
-        .meaning = "share of the joints' top speeds that is allowed",
-        .min = 0.01,
-        .max = 1},
-       {.key = "heartbeat_s",
-        .kind = ValueKind::kNumber,
-        .fallback = "0",
-        .meaning = "time without 'beat' on the port safety that stops the robot; 0: none",
-        .min = 0,
-        .max = 60}}};
-  return schema;
-}
-
 const Schema& robot_schema() {
   static const Schema schema{"robot file",
                              "",
@@ -155,9 +132,9 @@ Result<RobotFile> load_robot_file(const std::filesystem::path& path) {
   if (const YAML::Node body = (*checked)["body"]) {
     file.body = {body["urdf"].as<std::string>(), body["rate_hz"].as<double>()};
   }
-  const YAML::Node safety = (*checked)["safety"];
-  file.safety = {safety["read_only"].as<bool>(), safety["speed"].as<double>(),
-                 safety["heartbeat_s"].as<double>()};
+  Result<SafetyEntry> safety = read_safety((*checked)["safety"], path.string());
+  if (!safety) return safety.error();
+  file.safety = std::move(*safety);
   std::set<std::string> names;
   for (std::size_t i = 0; i < (*checked)["devices"].size(); ++i) {
     const YAML::Node entry = (*checked)["devices"][i];
@@ -165,17 +142,22 @@ Result<RobotFile> load_robot_file(const std::filesystem::path& path) {
                             own_map((*document)["devices"][i], "parameters")});
     names.insert(file.devices.back().name);
   }
+  for (const auto& [device, narrowing] : file.safety.limits) {
+    if (names.count(device) > 0) continue;
+    return Error{ErrorCode::kInvalidArgument,
+                 fmt::format("{}: safety.limits: there is no device '{}': there are {}", path.string(),
+                             device, fmt::join(names, ", "))};
+  }
   for (std::size_t i = 0; i < (*checked)["servers"].size(); ++i) {
     const YAML::Node entry = (*checked)["servers"][i];
     ServerEntry server{entry["device"].as<std::string>(), entry["port"].as<std::string>(),
                        entry["rate_hz"].as<double>(),     entry["frame"].as<std::string>(),
                        entry["latency_s"].as<double>(),   entry["on_demand"].as<bool>()};
     if (names.count(server.device) == 0) {
-      std::string known;
-      for (const std::string& name : names) known += (known.empty() ? "" : ", ") + name;
-      return Error{ErrorCode::kInvalidArgument,
-                   fmt::format("{}:{}: there is no device '{}' to serve: there are {}", path.string(),
-                               (*document)["servers"][i].Mark().line + 1, server.device, known)};
+      return Error{
+          ErrorCode::kInvalidArgument,
+          fmt::format("{}:{}: there is no device '{}' to serve: there are {}", path.string(),
+                      (*document)["servers"][i].Mark().line + 1, server.device, fmt::join(names, ", "))};
     }
     if (server.port.empty() || server.port.front() != '/') server.port = "/" + file.robot + "/" + server.port;
     file.servers.push_back(std::move(server));

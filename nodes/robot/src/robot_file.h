@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "nido/interfaces/result.h"
+#include "src/safety_section.h"
 
 namespace nido {
 
@@ -31,13 +32,6 @@ struct ServerEntry {
 struct BodyEntry {
   std::string urdf;  // seen from the robot file's folder; empty: no /tf
   double rate_hz = 10;
-};
-
-// What is held above everything else that a robot is told.
-struct SafetyEntry {
-  bool read_only = false;
-  double speed = 1;        // of the joints' top speeds, 0..1
-  double heartbeat_s = 0;  // 0: none is wanted
 };
 
 // A robot file, checked, with every default filled in.
