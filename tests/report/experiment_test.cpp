@@ -115,5 +115,31 @@ TEST(Pieces, AFailureOrAnInterruptionEndsThem) {
   EXPECT_EQ(begun, 2);
 }
 
+TEST(Pieces, TheReportHasWhatIsDoneAndTellsOfAFailure) {
+  const Folder folder;
+  Pieces pieces{.what = "pieces", .out = folder.path().string(), .count = 4, .domain = 3, .total = 4};
+  const auto report_of = [](const std::map<int, int>& done) {
+    Report report;
+    report.name = "pieces";
+    report.trials = static_cast<long>(done.size());
+    for (const auto& [piece, result] : done)
+      report.add(std::to_string(piece), {static_cast<double>(result), ""});
+    return report;
+  };
+  const Status all = run_pieces<int>(
+      pieces,
+      [](int piece, int domain) -> Result<int> {
+        if (piece == 3) return Error{ErrorCode::kFailed, "this one"};
+        return 10 * piece + domain;
+      },
+      report_of);
+  ASSERT_FALSE(all);
+  EXPECT_EQ(all.error().message, "this one");
+  std::ifstream file(folder.path() / "report.json");
+  const std::string text(std::istreambuf_iterator<char>(file), {});
+  EXPECT_NE(text.find("23"), std::string::npos) << text;  // piece 2 in domain 3
+  EXPECT_NE(text.find("\"trials\": 3"), std::string::npos) << text;
+}
+
 }  // namespace
 }  // namespace nido

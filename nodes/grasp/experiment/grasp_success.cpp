@@ -4,19 +4,15 @@
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
-#include <chrono>
 #include <filesystem>
 #include <fstream>
 #include <map>
-#include <mutex>
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "nido/experiment/domain.h"
 #include "nido/experiment/kept.h"
 #include "nido/launcher/paths.h"
 #include "nido/report/experiment_cli.h"
-#include "nido/report/progress.h"
 #include "nido/report/report.h"
 #include "success_core.h"
 
@@ -113,8 +109,7 @@ struct Count {
   }
 };
 
-Report make_report(const Request& request, std::vector<nlohmann::json> rows) {
-  std::sort(rows.begin(), rows.end(), [](const auto& a, const auto& b) { return a["number"] < b["number"]; });
+Report make_report(const Request& request, const std::vector<nlohmann::json>& rows) {
   Report report;
   report.name = "grasp-success";
   report.title = "Grasping things of all shapes";
@@ -180,31 +175,24 @@ Report make_report(const Request& request, std::vector<nlohmann::json> rows) {
 }
 
 Status run(const Request& request) {
-  const auto started = std::chrono::steady_clock::now();
-  const auto domains = take_domains(request.domain, std::min(request.jobs, request.trials));
-  if (!domains) return domains.error();
-  const auto report_of = [&](const std::vector<nlohmann::json>& tried) {
-    Report report = make_report(request, tried);
-    report.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
-    return report;
-  };
-  std::mutex mutex;
-  std::vector<nlohmann::json> rows;
-  const InterruptFlag interrupt;
-  ProgressBar progress("grasping", request.trials);
-  const int blocks = (request.trials + request.block - 1) / request.block;
-  const Status failure = side_by_side(blocks, *domains, interrupt, [&](int piece, int domain) -> Status {
-    const int first = piece * request.block;
-    auto tried = try_block(request, first, std::min(request.block, request.trials - first), domain);
-    if (!tried) return tried.error();
-    const std::scoped_lock lock(mutex);
-    rows.insert(rows.end(), tried->begin(), tried->end());
-    const auto held = std::count_if(rows.begin(), rows.end(),
-                                    [](const auto& row) { return row["success"].template get<bool>(); });
-    progress.update(static_cast<long>(rows.size()), fmt::format("{} held", held));
-    return report_of(rows).save(request.out);
-  });
-  return end_of_run(report_of(rows), request.out, rows.empty(), interrupt.raised(), failure);
+  Pieces pieces{.what = "grasping", .out = request.out, .jobs = request.jobs, .domain = request.domain};
+  pieces.count = (request.trials + request.block - 1) / request.block;
+  pieces.total = request.trials;
+  using Rows = std::vector<nlohmann::json>;
+  return run_pieces<Rows>(
+      pieces,
+      [&](int piece, int domain) {
+        const int first = piece * request.block;
+        return try_block(request, first, std::min(request.block, request.trials - first), domain);
+      },
+      [&](const std::map<int, Rows>& blocks) {
+        Rows rows;
+        for (const auto& [block, tried] : blocks) rows.insert(rows.end(), tried.begin(), tried.end());
+        return make_report(request, rows);
+      },
+      [](const Report& report) {
+        return fmt::format("{:.0f} % held", 100 * report.metrics.front().second.value);
+      });
 }
 
 }  // namespace

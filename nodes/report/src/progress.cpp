@@ -34,14 +34,20 @@ ProgressBar::~ProgressBar() {
 void ProgressBar::update(long done, const std::string& note) {
   const long percent = 100 * std::clamp(done, 0L, total_) / total_;
   const double elapsed_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+  // as if all were equally long
+  const std::string left =
+      done > 0 && done < total_
+          ? fmt::format(", {:.0f} s left",
+                        elapsed_s * static_cast<double>(total_ - done) / static_cast<double>(done))
+          : "";
   if (terminal_) {
     constexpr long kWidth = 30;
     const auto filled = static_cast<std::size_t>(percent * kWidth / 100);
-    fmt::print(stderr, "\r{} [{}{}] {}/{} {:.0f} s {}\033[K", what_, std::string(filled, '#'),
-               std::string(kWidth - filled, '.'), done, total_, elapsed_s, note);
+    fmt::print(stderr, "\r{} [{}{}] {}/{} {:.0f} s{} {}\033[K", what_, std::string(filled, '#'),
+               std::string(kWidth - filled, '.'), done, total_, elapsed_s, left, note);
     std::fflush(stderr);
   } else if (percent / 10 != shown_ / 10 || shown_ < 0) {
-    fmt::print(stderr, "{}: {} of {} after {:.0f} s {}\n", what_, done, total_, elapsed_s, note);
+    fmt::print(stderr, "{}: {} of {} after {:.0f} s{} {}\n", what_, done, total_, elapsed_s, left, note);
   }
   shown_ = percent;
 }

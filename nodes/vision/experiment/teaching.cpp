@@ -3,17 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <filesystem>
 #include <fstream>
 #include <map>
-#include <mutex>
 #include <nlohmann/json.hpp>
 
-#include "nido/experiment/domain.h"
 #include "nido/experiment/kept.h"
 #include "nido/report/experiment_cli.h"
-#include "nido/report/progress.h"
 #include "nido/report/report.h"
 
 namespace nido::vision {
@@ -93,30 +89,15 @@ Report make_report(const Request& request, const Rows& blocks) {
 }
 
 Status run(const Request& request) {
-  const auto started = std::chrono::steady_clock::now();
-  const int blocks = (request.trials + request.block - 1) / request.block;
-  const auto domains = take_domains(request.domain, std::min(request.jobs, blocks));
-  if (!domains) return domains.error();
-  std::mutex mutex;
-  Rows rows;
-  const auto report_now = [&] {
-    Report report = make_report(request, rows);
-    report.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
-    return report;
-  };
-  const InterruptFlag interrupt;
-  ProgressBar progress("teaching", request.trials);
-  const Status failure = side_by_side(blocks, *domains, interrupt, [&](int block, int domain) -> Status {
-    const int count = std::min(request.block, request.trials - block * request.block);
-    auto taught = teach(request, block, count, domain);
-    if (!taught) return taught.error();
-    const std::scoped_lock lock(mutex);
-    rows[block] = std::move(*taught);
-    const Report report = report_now();
-    progress.update(report.trials);
-    return report.save(request.out);
-  });
-  return end_of_run(report_now(), request.out, rows.empty(), interrupt.raised(), failure);
+  Pieces pieces{.what = "teaching", .out = request.out, .jobs = request.jobs, .domain = request.domain};
+  pieces.count = (request.trials + request.block - 1) / request.block;
+  pieces.total = request.trials;
+  return run_pieces<std::vector<nlohmann::json>>(
+      pieces,
+      [&](int block, int domain) {
+        return teach(request, block, std::min(request.block, request.trials - block * request.block), domain);
+      },
+      [&](const Rows& rows) { return make_report(request, rows); });
 }
 
 }  // namespace

@@ -1,6 +1,10 @@
 #pragma once
 
+#include <algorithm>
+#include <chrono>
 #include <functional>
+#include <map>
+#include <mutex>
 #include <string>
 #include <vector>
 
@@ -17,9 +21,12 @@ struct AppRun {
   std::string app;
   std::vector<std::string> arguments;  // of nido launch, without --domain and --out
   std::string folder;                  // gets launch.log and, in run/, what the app writes
+  // A file in run/ with which the run counts as done though the app failed, as a robot may: "report.json".
+  // Empty: it must end well.
+  std::string result = {};
 };
 
-// Runs an app in `domain`, or does nothing if the same one ended well in this folder before. Errors as of
+// Runs an app in `domain`, or does nothing if the same one was done in this folder before. Errors as of
 // run_app().
 Status run_app_once(const AppRun& run, int domain);
 // Does pieces 0 .. count - 1, one in each domain at a time, in threads: `work` gets the piece and its domain.
@@ -35,5 +42,49 @@ void forget_runs(const std::string& folder);
 // One that is complete forgets its pieces. kInterrupted if it was interrupted, else what failed.
 Status end_of_run(const Report& report, const std::string& folder, bool nothing, bool interrupted,
                   const Status& failure);
+
+// An experiment that is done piece by piece.
+struct Pieces {
+  std::string what;  // for the progress bar
+  std::string out;   // folder of the report
+  int count = 1;
+  int jobs = 1;                 // at once
+  int domain = kFreeDomain;     // of the first job
+  long total = 1;               // what Report::trials will be in the end
+  bool forget_earlier = false;  // does again what an earlier, interrupted experiment did in this folder
+};
+
+// Does the pieces side by side; `work` gives what came of one, `report_of` makes the report of all that are
+// done, by their numbers, and `note` a word about it for the progress bar. The report is saved after every
+// piece. Ends as end_of_run().
+template <class PieceResult>
+Status run_pieces(const Pieces& pieces, const std::function<Result<PieceResult>(int piece, int domain)>& work,
+                  const std::function<Report(const std::map<int, PieceResult>&)>& report_of,
+                  const std::function<std::string(const Report&)>& note = {}) {
+  const auto started = std::chrono::steady_clock::now();
+  if (pieces.forget_earlier) forget_runs(pieces.out);
+  const auto domains = take_domains(pieces.domain, std::min(pieces.jobs, pieces.count));
+  if (!domains) return domains.error();
+  std::mutex mutex;
+  std::map<int, PieceResult> results;
+  const auto report_now = [&] {
+    Report report = report_of(results);
+    report.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
+    return report;
+  };
+  const InterruptFlag interrupt;
+  ProgressBar progress(pieces.what, pieces.total);
+  const Status failure =
+      side_by_side(pieces.count, *domains, interrupt, [&](int piece, int domain) -> Status {
+        auto result = work(piece, domain);
+        if (!result) return result.error();
+        const std::scoped_lock lock(mutex);
+        results.emplace(piece, std::move(*result));
+        const Report report = report_now();
+        progress.update(report.trials, note ? note(report) : "");
+        return report.save(pieces.out);
+      });
+  return end_of_run(report_now(), pieces.out, results.empty(), interrupt.raised(), failure);
+}
 
 }  // namespace nido
