@@ -1,4 +1,5 @@
-// Measures vision over random tables: vision_accuracy [TABLES] [FIRST_SEED]
+// Measures vision over random tables: vision_accuracy [TABLES] [FIRST_SEED] [BRIGHTNESS] [NOISE_LEVELS]
+// [TABLE_UP_M]
 #include <cstdio>
 #include <cstdlib>
 
@@ -7,12 +8,16 @@
 int main(int argc, char** argv) {
   const int tables = argc > 1 ? std::atoi(argv[1]) : 20;
   const auto seed = static_cast<std::uint64_t>(argc > 2 ? std::atoi(argv[2]) : 1);
+  nido::test::Hardship hardship;
+  if (argc > 3) hardship.brightness = std::atof(argv[3]);
+  if (argc > 4) hardship.noise_levels = std::atof(argv[4]);
+  if (argc > 5) hardship.table_up_m = std::atof(argv[5]);
   auto templates = nido::vision::TemplateSet::load(std::string(NIDO_CONFIG_DIR) + "/objects/templates.yaml");
   if (!templates) {
     std::fprintf(stderr, "%s\n", templates.error().message.c_str());
     return 3;
   }
-  const auto a = nido::test::measure_accuracy(tables, seed, *templates, true);
+  const auto a = nido::test::measure_accuracy(tables, seed, *templates, true, hardship);
   using nido::test::quantile;
   std::printf("things in view %d, found %d, false %d\n", a.expected, a.found, a.false_names);
   std::printf("position error: median %.1f mm, 95 %% %.1f mm, worst %.1f mm\n",

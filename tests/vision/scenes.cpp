@@ -6,6 +6,8 @@
 #include <iostream>
 #include <random>
 
+#include "nido/simulator/render/picture_noise.h"
+
 namespace nido::test {
 
 RandomTable random_table(std::uint64_t seed, int count) {
@@ -54,11 +56,18 @@ RandomTable random_table(std::uint64_t seed, int count) {
 }
 
 Accuracy measure_accuracy(int tables, std::uint64_t first_seed, const vision::TemplateSet& templates,
-                          bool verbose) {
+                          bool verbose, const Hardship& hardship) {
   Accuracy result;
+  std::array<sim::PictureNoise, 2> noise = {
+      need(sim::PictureNoise::create({.noise_levels = hardship.noise_levels, .seed = first_seed})),
+      need(sim::PictureNoise::create({.noise_levels = hardship.noise_levels, .seed = first_seed + 1}))};
   for (int t = 0; t < tables; ++t) {
     const RandomTable table = random_table(first_seed + static_cast<std::uint64_t>(t), 4);
-    Stage stage(table.yaml, first_seed);
+    std::string yaml = table.yaml;
+    const std::string height = "-0.0826";
+    yaml.replace(yaml.find(height), height.size(), std::to_string(-0.0826 + hardship.table_up_m));
+    yaml += "light: {brightness: " + std::to_string(hardship.brightness) + "}\n";
+    Stage stage(yaml, first_seed);
     stage.place("right_arm", {0, 80, 0, 50, 0, 0, 0, 59, 20, 20, 20, 10, 10, 10, 10, 10});
     stage.place("left_arm", {0, 80, 0, 50, 0, 0, 0, 59, 20, 20, 20, 10, 10, 10, 10, 10});
     auto core = need(vision::VisionCore::create(stage.model(), templates, {}));
@@ -67,6 +76,10 @@ Accuracy measure_accuracy(int tables, std::uint64_t first_seed, const vision::Te
     for (int frame = 0; frame < 5; ++frame) {
       if (!stage.simulation().step(0.03).ok()) break;
       auto inputs = stage.inputs(true);
+      if (hardship.noise_levels > 0) {
+        noise[0].apply(*inputs.left);
+        noise[1].apply(*inputs.right);
+      }
       const auto begin = std::chrono::steady_clock::now();
       out = core->step(Time{stage.simulation().time_ns()}, std::move(inputs));
       result.step_ms.push_back(

@@ -26,9 +26,15 @@ struct RandomTable {
 // A basket and `count` different things where the right hand reaches or beside, none touching another.
 RandomTable random_table(std::uint64_t seed, int count);
 
+// How hard it is to see.
+struct Hardship {
+  double brightness = 1.0;    // of the room's light
+  double noise_levels = 0.0;  // of the cameras
+  double table_up_m = 0.0;    // the table is so much higher
+};
 // Looks at random tables with the arms out of the way.
 Accuracy measure_accuracy(int tables, std::uint64_t first_seed, const vision::TemplateSet& templates,
-                          bool verbose);
+                          bool verbose, const Hardship& hardship = {});
 
 double quantile(std::vector<double> values, double share);
 

@@ -23,6 +23,7 @@ struct Experiment {
 const std::vector<Experiment>& known_experiments() {
   static const std::vector<Experiment> list = {
       {"reach-learning", "trains the reaching network on motor babbling (Figures 6 to 8)"},
+      {"self-calibration", "finds out how the body is built by looking at the moving hand"},
       {"reach-accuracy", "distance of the hand from objects that the cameras see (Figure 10)"},
       {"grasp-learning", "learns to close the hand by reward and penalty (Figures 13 and 14)"},
       {"grasp-success", "grasps of trained and unseen shapes (Figure 15)"},

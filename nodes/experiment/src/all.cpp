@@ -38,6 +38,7 @@ const std::vector<Experiment>& experiments() {
       {"reach-learning", 2, 2},       {"reach-accuracy", 62, 1000}, {"grasp-learning", 20, 100},
       {"grasp-success", 40, 200},     {"goal-learning", 10, 10},    {"speech", 1, 1},
       {"speech-and-action", 28, 112}, {"attention", 16, 16},        {"teaching", 10, 20},
+      {"self-calibration", 3, 10},
   };
   return list;
 }

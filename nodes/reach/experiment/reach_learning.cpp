@@ -290,7 +290,7 @@ Status run(const Request& request) {
   std::error_code failure;
   std::filesystem::create_directories(request.out, failure);
   if (failure) return Error{ErrorCode::kFailed, request.out + ": " + failure.message()};
-  auto body = load_body(request.urdf, request.side);
+  auto body = load_body(request.urdf, "", request.side);
   if (!body) return body.error();
   auto samples = gather(request);
   if (!samples) return samples.error();

@@ -286,7 +286,7 @@ Status run(Node& node) {
     return Error{ErrorCode::kInvalidArgument,
                  fmt::format("parameter trials is {}; expected 1 or more", *trials)};
   }
-  const auto body = load_body(*urdf, *side);
+  const auto body = load_body(*urdf, "", *side);
   if (!body) return body.error();
   settings = {*trials, *file, *side, body->p_PalmMark_m};
   Trials procedure(node, settings);

@@ -7,56 +7,17 @@ namespace nido::reach {
 namespace {
 
 constexpr double kRamp_s = 0.2;  // to full speed and from it
-const Eigen::Vector3d kEyes_Root_m(-0.06, 0.0, 0.34);
 
 }  // namespace
 
-Babbling::Babbling(ArmChain chain, BabblingOptions options)
-    : chain_(std::move(chain)), options_(options), random_(options.seed) {}
-
-bool Babbling::is_clear_of_body(const Joints& q) const {
-  return std::ranges::all_of(chain_.body_points(q), [](const ArmChain::BodyPoint& point) {
-    const Eigen::Vector3d& p = point.p_Root_m;
-    const bool in_trunk = p.x() > -0.11 && p.x() < 0.12 && std::abs(p.y()) < 0.13 && p.z() < 0.24;
-    const bool in_head = (p - Eigen::Vector3d(-0.03, 0.0, 0.32)).norm() < 0.13;
-    return !in_trunk && !in_head;
-  });
-}
-
-bool Babbling::is_useful(const Joints& q) const {
-  const Eigen::Isometry3d X = chain_.X_RootPalm(q);
-  const Eigen::Vector3d p = X.translation();
-  const bool in_space =
-      (p - options_.space_min_Root_m).minCoeff() >= 0.0 && (options_.space_max_Root_m - p).minCoeff() >= 0.0;
-  const Eigen::Vector3d back_of_hand = -X.linear().col(2);
-  return in_space && back_of_hand.dot((kEyes_Root_m - p).normalized()) > 0.35 && is_clear_of_body(q);
-}
-
-Joints Babbling::draw_posture() {
-  std::uniform_real_distribution<double> share(0.0, 1.0);
-  Joints q;
-  for (int tries = 0; tries < 200000; ++tries) {
-    for (int joint = 0; joint < kJoints; ++joint) {
-      const bool moves = (joint >= kTorsoJoints && joint < kTorsoJoints + 5) || options_.whole_body;
-      double low = chain_.min()(joint);
-      double high = chain_.max()(joint);
-      if (joint < kTorsoJoints) {  // the trunk sways a little
-        low = std::max(low, joint == 2 ? -0.1 : -0.35);
-        high = std::min(high, joint == 1 ? 0.35 : 0.5);
-        if (joint == 1) low = -0.15, high = 0.15;
-      }
-      const double drawn = low + share(random_) * (high - low);
-      q(joint) = moves ? drawn : std::clamp(0.0, low, high);
-    }
-    if (is_useful(q)) return q;
-  }
-  return command_.value_or(Joints::Zero());
-}
+Babbling::Babbling(const ArmChain& chain, const BabblingOptions& options)
+    : drawer_(chain, options.side, options.whole_body), options_(options), random_(options.seed) {}
 
 void Babbling::start_move(double now_s) {
   for (int tries = 0; tries < 40; ++tries) {
-    path_ = JointPath({*command_, draw_posture()}, options_.speed_rad_s);
-    if (std::ranges::all_of(path_.points(), [&](const Joints& q) { return is_clear_of_body(q); })) break;
+    path_ = JointPath({*command_, drawer_.draw(random_).value_or(*command_)}, options_.speed_rad_s);
+    if (std::ranges::all_of(path_.points(), [&](const Joints& q) { return drawer_.is_clear_of_body(q); }))
+      break;
   }
   move_begin_s_ = now_s;
 }

@@ -1,4 +1,5 @@
 // The reaching process: docs/reach.md.
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
@@ -137,9 +138,14 @@ Status send(Ports& ports, Time now, const Joints& q) {
 }
 
 Status act(Node& node, const SettingsPaths& paths, const std::string& side, const PlannerOptions& planner,
-           bool paper_network_alone, bool home_at_start) {
+           bool paper_network_alone, bool home_at_start, const std::string& corrections_file) {
   auto core = make_reach_core(paths, side, paper_network_alone, planner);
   if (!core) return core.error();
+  if (!corrections_file.empty() && std::filesystem::exists(corrections_file)) {
+    auto corrections = CorrectionMemory::load(corrections_file);
+    if (!corrections) return corrections.error();
+    core->set_corrections(std::move(*corrections));
+  }
   auto ports = open_ports(node, false);
   if (!ports) return ports.error();
   node.set_ready();
@@ -174,6 +180,10 @@ Status act(Node& node, const SettingsPaths& paths, const std::string& side, cons
       if (auto sent = send(*ports, now, *out.command_rad); !sent) return sent;
     }
     if (out.note) node.log_info(*out.note);
+    if (out.corrected && !corrections_file.empty()) {
+      if (auto saved = core->corrections().save(corrections_file); !saved)
+        node.log_warning(saved.error().message);
+    }
     const bool changed = out.status.id != last.id || out.status.state != last.state;
     if (changed && out.status.state == ActionState::kFailed) {
       node.log_warning(out.status.action + ": " + out.status.reason);
@@ -210,10 +220,11 @@ Status babble(Node& node, const SettingsPaths& paths, const std::string& side) {
                  "parameter samples is " + std::to_string(*samples) + "; expected 1 or more"};
   }
   options.samples = *samples;
+  options.side = side;
   options.whole_body = *whole_body;
   // ten joints want wider steps than five to be gone through in as many samples
   if (options.whole_body) options.spacing_rad = 0.06;
-  auto body = load_body(paths.urdf, side);
+  auto body = load_body(paths.urdf, paths.calibration, side);
   if (!body) return body.error();
   auto ports = open_ports(node, true);
   if (!ports) return ports.error();
@@ -296,6 +307,7 @@ Status run(Node& node) {
   paths.hand_weights = (places->config / "weights" / "reach_hand.txt").string();
   for (const auto& [key, value] : std::initializer_list<std::pair<const char*, std::string*>>{
            {"urdf", &paths.urdf},
+           {"calibration", &paths.calibration},
            {"postures", &paths.postures},
            {"posture_weights", &paths.posture_weights},
            {"hand_weights", &paths.hand_weights}}) {
@@ -327,6 +339,7 @@ Status run(Node& node) {
   if (!*table) {  // nothing to keep clear of: a block deep under the floor
     planner.table_min_Root_m.z() = -20.0;
     planner.table_max_Root_m.z() = -10.0;
+    planner.table_is_seen = false;
   }
   auto home_at_start = node.parameter<bool>("home_at_start", true);
   if (!home_at_start) return home_at_start.error();
@@ -337,7 +350,9 @@ Status run(Node& node) {
                  "parameter controller is '" + *controller +
                      "'; allowed: learned, network (the paper's alone, for point)"};
   }
-  return act(node, paths, *side, planner, *controller == "network", *home_at_start);
+  auto corrections = node.parameter<std::string>("corrections", "");
+  if (!corrections) return corrections.error();
+  return act(node, paths, *side, planner, *controller == "network", *home_at_start, *corrections);
 }
 
 }  // namespace

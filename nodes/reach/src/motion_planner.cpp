@@ -50,6 +50,25 @@ MotionPlanner::MotionPlanner(ArmChain chain, SeenHandModel seen_hand, std::optio
   }
 }
 
+void MotionPlanner::set_objects(std::vector<SeenObject> objects) {
+  objects_ = std::move(objects);
+  if (!options_.table_is_seen) return;
+  constexpr double kLevel_m = 0.008;
+  constexpr double kMostOff_m = 0.12;  // of a table, from the usual one
+  std::vector<double> undersides_m;
+  for (const SeenObject& object : objects_) {
+    const double z_m = object.p_Root_m.z() - 0.5 * object.size_m.z();
+    if (object.size_m.z() > 0.0 && std::abs(z_m - PlannerOptions{}.table_max_Root_m.z()) < kMostOff_m)
+      undersides_m.push_back(z_m);
+  }
+  std::sort(undersides_m.begin(), undersides_m.end());
+  for (std::size_t i = 1; i < undersides_m.size(); ++i) {
+    if (undersides_m[i] - undersides_m[i - 1] > kLevel_m) continue;
+    options_.table_max_Root_m.z() = 0.5 * (undersides_m[i] + undersides_m[i - 1]);
+    return;
+  }
+}
+
 Eigen::Vector3d MotionPlanner::offset_m(const Joints& q) const {
   return seen_hand_.correction_Root_m(q) + visual_offset_m_;
 }

@@ -13,6 +13,19 @@ constexpr double kHistory_s = 1.0;
 constexpr double kStill_rad = 0.003;  // change of a joint in kStillOver_s that counts as rest
 constexpr double kStillOver_s = 0.05;
 constexpr int kSightingsOfALook = 4;
+constexpr double kInView_s = 0.2;   // since the last sighting: no use to wait for more
+constexpr double kAgree_m = 0.012;  // strange sightings that differ no more tell of the same change
+
+// "a bit left" as the robot has it; root frame.
+std::optional<Eigen::Vector3d> direction_Root(const std::string& word) {
+  if (word == "left") return Eigen::Vector3d(0, -1, 0);
+  if (word == "right") return Eigen::Vector3d(0, 1, 0);
+  if (word == "up") return Eigen::Vector3d(0, 0, 1);
+  if (word == "down") return Eigen::Vector3d(0, 0, -1);
+  if (word == "forward") return Eigen::Vector3d(-1, 0, 0);
+  if (word == "back") return Eigen::Vector3d(1, 0, 0);
+  return std::nullopt;
+}
 
 std::string shape_of(const std::string& object) {
   const auto blank = object.find_last_of(' ');
@@ -26,9 +39,13 @@ ReachCore::ReachCore(MotionPlanner planner, ReachOptions options)
 
 ReachOutput ReachCore::step(double now_s, const ReachInput& input) {
   note_.reset();
+  corrected_ = false;
   if (input.objects) planner_.set_objects(*input.objects);
   watch_joints(now_s, input);
-  if (input.hand) take_sighting(*input.hand);
+  if (input.hand) {
+    hand_seen_at_s_ = now_s;
+    take_sighting(*input.hand);
+  }
   if (input.goal) {
     waiting_ = input.goal;
     waiting_since_s_ = now_s;
@@ -55,7 +72,7 @@ ReachOutput ReachCore::step(double now_s, const ReachInput& input) {
     coast();
   }
   if (measured_ && present_goal_) status_.error_m = goal_error_m();
-  return {command_, status_, note_};
+  return {command_, status_, note_, corrected_};
 }
 
 bool ReachCore::coast() {
@@ -109,7 +126,16 @@ void ReachCore::take_sighting(const HandSighting& hand) {
   if ((*then - *before).cwiseAbs().maxCoeff() > kStill_rad) return;
   const Eigen::Vector3d innovation_m =
       hand.p_Root_m - planner_.seen_hand().mark_Root_m(planner_.chain(), *then) - visual_offset_m_;
-  if (innovation_m.norm() > options_.most_innovation_m) return;
+  if (innovation_m.norm() > options_.most_change_m) return;
+  if (innovation_m.norm() > options_.most_innovation_m) {
+    // one is a mistake; many that agree say that the eyes were bumped or the body is not what it was
+    strange_sightings_ = (innovation_m - strange_m_).norm() < kAgree_m ? strange_sightings_ + 1 : 1;
+    strange_m_ = innovation_m;
+    if (strange_sightings_ < options_.sightings_to_notice) return;
+    note_ = fmt::format("the hand is seen {:.0f} mm from where it is felt, time after time: I go by the eyes",
+                        1000.0 * (innovation_m + visual_offset_m_).norm());
+  }
+  strange_sightings_ = 0;
   visual_offset_m_ += options_.sighting_gain * innovation_m;
   const double length_m = visual_offset_m_.norm();
   if (length_m > options_.most_visual_offset_m) visual_offset_m_ *= options_.most_visual_offset_m / length_m;
@@ -140,6 +166,9 @@ Status ReachCore::plan(const ReachGoal& goal) {
                                                   "': position, size or yaw is not a number that "
                                                   "can be (m, m, rad; sizes from 0)"};
   }
+  if (goal.action == "correct") return plan_correction(goal);
+  if (goal.action == "yield") return plan_yield();
+  standing_.reset();
   if (goal.action == "stop") {
     finish(ActionState::kDone, "");
     return {};
@@ -152,11 +181,13 @@ Status ReachCore::plan(const ReachGoal& goal) {
   if (goal.action == "pregrasp") return plan_approach(goal, grasp_posture(goal.object));
   return Error{
       ErrorCode::kInvalidArgument,
-      "action '" + goal.action + "' is unknown; reach knows reach, pregrasp, lift, carry, point, home, stop"};
+      "action '" + goal.action +
+          "' is unknown; reach knows reach, pregrasp, lift, carry, point, home, stop, correct, yield"};
 }
 
 Status ReachCore::plan_approach(const ReachGoal& goal, const PalmPosture& posture) {
-  const SeenObject object{goal.object, goal.p_Root_m, goal.size_m};
+  const Eigen::Vector3d offset_m = corrections_.offset_m(goal.action, goal.object, goal.p_Root_m);
+  const SeenObject object{goal.object, goal.p_Root_m + offset_m, goal.size_m};
   auto approach = planner_.approach(posture, object, goal.yaw_rad, *command_);
   if (!approach) return approach.error();
   auto way = planner_.free_way(*command_, approach->q_standoff);
@@ -164,7 +195,8 @@ Status ReachCore::plan_approach(const ReachGoal& goal, const PalmPosture& postur
   stages_.push_back(Move{std::move(*way), approach->standoff, true});
   stages_.push_back(Look{options_.look_s, approach->standoff});
   stages_.push_back(Straight{approach->goal, options_.approach_speed_m_s, 0.4});
-  stages_.push_back(Look{options_.settle_s, approach->goal});
+  stages_.push_back(Look{options_.settle_s, approach->goal, options_.refinements});
+  standing_ = Standing{goal.action, goal.object, goal.p_Root_m, offset_m, approach->goal};
   p_PalmHeld_m_ = approach->goal.X_RootPalm.inverse() * goal.p_Root_m;
   return {};
 }
@@ -193,7 +225,7 @@ Status ReachCore::plan_point(const ReachGoal& goal) {
   stages_.push_back(Look{options_.look_s, mark});
   if (!options_.paper_network_alone) {
     stages_.push_back(Straight{mark, options_.approach_speed_m_s, 0.4});
-    stages_.push_back(Look{options_.settle_s, mark});
+    stages_.push_back(Look{options_.settle_s, mark, options_.refinements});
   }
   return {};
 }
@@ -274,6 +306,80 @@ Status ReachCore::plan_home() {
   return {};
 }
 
+Status ReachCore::learn_correction(const Eigen::Vector3d& change_m) {
+  Standing& standing = *standing_;
+  const Eigen::Vector3d offset_m = standing.offset_m + change_m;
+  if (Status learned = corrections_.learn(standing.action, standing.object, standing.p_Root_m, offset_m);
+      !learned) {
+    return learned;
+  }
+  standing.offset_m = offset_m;
+  standing.goal.X_RootPalm.translation() += change_m;
+  corrected_ = true;
+  note_ = fmt::format("{} {}: {:.0f} mm to the right, {:.0f} mm back and {:.0f} mm up from now on",
+                      standing.action, standing.object, 1000.0 * offset_m.y(), 1000.0 * offset_m.x(),
+                      1000.0 * offset_m.z());
+  return {};
+}
+
+Status ReachCore::plan_correction(const ReachGoal& goal) {
+  if (!standing_)
+    return Error{ErrorCode::kFailed, "there is nothing to correct: the hand was not brought to a thing"};
+  Eigen::Vector3d change_m = goal.p_Root_m;
+  if (goal.object == "closer") {
+    const Eigen::Vector3d to_thing_m = standing_->p_Root_m - planner_.X_RootPalmSeen(*command_).translation();
+    change_m = std::min(options_.correction_step_m, to_thing_m.norm()) * to_thing_m.normalized();
+  } else if (const auto direction = direction_Root(goal.object)) {
+    change_m = options_.correction_step_m * *direction;
+  } else if (!goal.object.empty()) {
+    return Error{
+        ErrorCode::kInvalidArgument,
+        "'" + goal.object + "' is no direction; allowed: left, right, up, down, forward, back, closer"};
+  }
+  const Eigen::Vector3d tool_m = standing_->goal.p_PalmTool_m;
+  if ((planner_.X_RootPalmSeen(*command_) * tool_m - standing_->goal.X_RootPalm * tool_m).norm() >
+      options_.corrected_from_m) {
+    return Error{ErrorCode::kFailed,
+                 "the hand is not at the " + standing_->object + ", so that there is nothing to correct"};
+  }
+  PalmGoal there = standing_->goal;
+  there.X_RootPalm.translation() += change_m;
+  auto way = planner_.straight_way(*command_, there, options_.approach_speed_m_s, 0.4);
+  if (!way) return way.error();
+  if (Status learned = learn_correction(change_m); !learned) return learned;
+  stages_.push_back(Move{std::move(*way), there, true});
+  stages_.push_back(Look{options_.settle_s, there, options_.refinements});
+  return {};
+}
+
+Status ReachCore::plan_yield() {
+  if (!standing_)
+    return Error{ErrorCode::kFailed, "there is nothing to be led from: the hand was not brought to a thing"};
+  stages_.push_back(Yield{});
+  return {};
+}
+
+bool ReachCore::yield(Yield& yield, double now_s) {
+  command_ = measured_;  // gives way
+  if (!yield.start) yield.start = measured_;
+  if ((*measured_ - yield.resting).cwiseAbs().maxCoeff() > kStill_rad) {
+    yield.resting = *measured_;
+    yield.resting_since_s = now_s;
+  }
+  const Eigen::Vector3d tool_m = standing_->goal.p_PalmTool_m;
+  const Eigen::Vector3d led_m =
+      planner_.X_RootPalmSeen(*measured_) * tool_m - planner_.X_RootPalmSeen(*yield.start) * tool_m;
+  if (now_s - yield.resting_since_s > options_.led_rest_s && led_m.norm() > options_.led_m) {
+    const Status learned = learn_correction(led_m);
+    if (!learned) {
+      finish(ActionState::kFailed, learned.error().message);
+      return true;
+    }
+    return true;
+  }
+  return now_s - stage_begin_s_ > options_.yield_s;
+}
+
 void ReachCore::run_stages(double now_s) {
   while (!stages_.empty()) {
     if (!stage_begun_) {
@@ -297,9 +403,19 @@ void ReachCore::run_stages(double now_s) {
       if (t_s < move->path.duration_s()) return;
     } else if (const auto* look = std::get_if<Look>(&stages_.front())) {
       present_goal_ = look->goal;
+      const bool is_in_view = now_s - hand_seen_at_s_ < kInView_s;
       const bool arrived = (*command_ - *measured_).cwiseAbs().maxCoeff() < options_.arrived_rad;
-      const bool seen = stages_.size() == 1 || sightings_in_stage_ >= kSightingsOfALook;
+      const bool is_last_word = stages_.size() == 1 && (look->refinements == 0 || !is_in_view);
+      const bool seen = is_last_word || sightings_in_stage_ >= kSightingsOfALook;
       if (t_s < look->most_s && !(arrived && seen)) return;
+      if (look->refinements > 0 && stages_.size() == 1 && goal_error_m() > options_.refine_m) {
+        const PalmGoal goal = look->goal;
+        stages_.push_back(Straight{goal, options_.approach_speed_m_s, 0.4});
+        stages_.push_back(Look{options_.settle_s, goal, look->refinements - 1});
+      }
+    } else if (auto* led = std::get_if<Yield>(&stages_.front())) {
+      if (!yield(*led, now_s)) return;
+      if (status_.state != ActionState::kRunning) return;
     }
     stages_.pop_front();
     stage_begun_ = false;

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "nido/kinematics/body_corrections.h"
+
 namespace nido::reach {
 namespace {
 
@@ -71,8 +73,9 @@ Error with_mend(const Error& error, const std::string& command) {
 
 }  // namespace
 
-Result<Body> load_body(const std::string& urdf_path, const std::string& side) {
-  auto model = RobotModel::load(urdf_path);
+Result<Body> load_body(const std::string& urdf_path, const std::string& calibration_path,
+                       const std::string& side) {
+  auto model = nido::load_corrected_model(urdf_path, std::filesystem::path(calibration_path));
   if (!model) return model.error();
   auto chain = ArmChain::from_model(*model, side);
   if (!chain) return chain.error();
@@ -116,7 +119,7 @@ PalmPosture default_reach_posture() {
 
 Result<ReachCore> make_reach_core(const SettingsPaths& paths, const std::string& side,
                                   bool paper_network_alone, const PlannerOptions& planner) {
-  auto body = load_body(paths.urdf, side);
+  auto body = load_body(paths.urdf, paths.calibration, side);
   if (!body) return body.error();
   const std::string command = "nido experiment run reach-learning";
   auto posture_file = learning::WeightsFile::load(paths.posture_weights);

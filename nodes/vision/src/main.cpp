@@ -1,5 +1,6 @@
 // nido-vision: sees the things on the table and the robot's own hand, and turns head and eyes. docs/vision.md
 
+#include "nido/kinematics/body_corrections.h"
 #include "nido/launcher/paths.h"
 #include "nido/middleware/node.h"
 #include "nido/middleware/open_port.h"
@@ -199,7 +200,10 @@ Status run(Node& node) {
   const auto side = node.parameter<std::string>(
       "side", "right", {.about = "the hand that is looked for", .choices = {"left", "right"}});
   if (!side) return side.error();
-  const auto model = RobotModel::load(*robot);
+  const auto calibration = node.parameter<std::string>(
+      "calibration", "", {.about = "file of self-calibration; empty: the body is as the URDF says"});
+  if (!calibration) return calibration.error();
+  const auto model = load_corrected_model(*robot, std::filesystem::path(*calibration));
   if (!model) return model.error();
   const auto templates = vision::TemplateSet::load(*templates_path);
   if (!templates) return templates.error();

@@ -8,6 +8,7 @@
 #include "nido/interfaces/result.h"
 #include "nido/reach/arm_chain.h"
 #include "nido/reach/joint_path.h"
+#include "nido/reach/posture_drawer.h"
 #include "nido/reach/posture_history.h"
 #include "nido/reach/reach_core.h"
 #include "nido/reach/seen_hand.h"
@@ -15,25 +16,21 @@
 namespace nido::reach {
 
 struct BabblingOptions {
-  int samples = 5000;       // sightings to gather
-  bool whole_body = false;  // false: the paper's five arm joints; true: torso and wrist as well
+  int samples = 5000;          // sightings to gather
+  std::string side = "right";  // of the chain
+  bool whole_body = false;     // false: the paper's five arm joints; true: torso and wrist as well
   // Brisk, below the arm's 1.75 rad/s: what a sample costs is the time until the next picture shows another
   // posture.
   Joints speed_rad_s = Joints::Constant(1.6);
   double spacing_rad = 0.02;  // a new sample differs so much in some joint from the last one
-  // The hand is babbled where the eyes can look (root frame): in front of the body.
-  Eigen::Vector3d space_min_Root_m = {-0.48, -0.20, -0.12};
-  Eigen::Vector3d space_max_Root_m = {-0.12, 0.45, 0.32};
   std::uint64_t seed = 1;
 };
 
 // Motor babbling: random postures one after another, and for every sighting of the hand's mark the posture
-// the body had at the time of the image. Postures are drawn evenly over the joints' ranges and kept when the
-// hand is in front of the body, clear of it, with its back not turned away from the eyes (the body's own
-// geometry says so). Thread-compatible.
+// the body had at the time of the image. Thread-compatible.
 class Babbling {
  public:
-  Babbling(ArmChain chain, BabblingOptions options);
+  Babbling(const ArmChain& chain, const BabblingOptions& options);
 
   // One tick. The commanded joints, or nothing before the first encoders and when the samples are complete.
   std::optional<Joints> step(double now_s, const std::optional<Joints>& measured_rad,
@@ -42,14 +39,11 @@ class Babbling {
   [[nodiscard]] bool complete() const { return static_cast<int>(samples_.size()) >= options_.samples; }
 
  private:
-  [[nodiscard]] Joints draw_posture();
-  [[nodiscard]] bool is_useful(const Joints& q) const;
-  [[nodiscard]] bool is_clear_of_body(const Joints& q) const;
   void start_move(double now_s);
   [[nodiscard]] double move_duration_s() const;
   [[nodiscard]] Joints on_way(double t_s) const;
 
-  ArmChain chain_;
+  PostureDrawer drawer_;
   BabblingOptions options_;
   std::mt19937_64 random_;
   std::vector<BabblingSample> samples_;

@@ -42,7 +42,9 @@ struct PlannerOptions {
   Joints torso_and_arm_min = Joints::Constant(-10.0);  // narrower limits than the body's own, where wanted
   Joints torso_and_arm_max = Joints::Constant(10.0);
   Joints rest_weight = Joints::Constant(0.1);
-  // The workplace: a block from the table's top down; nothing of the arm goes in.
+  // The workplace: a block from the table's top down; nothing of the arm goes in. How high it is, is seen:
+  // two or more things whose undersides are level stand on it.
+  bool table_is_seen = true;
   Eigen::Vector3d table_min_Root_m = {-0.62, -0.36, -0.60};
   Eigen::Vector3d table_max_Root_m = {-0.20, 0.36, -0.0826};
   double clearance_m = 0.012;           // wanted between flesh and things on free ways
@@ -67,7 +69,7 @@ class MotionPlanner {
 
   // What the eyes say now beyond the learned model: seen minus predicted, root frame. Goals are met under it.
   void set_visual_offset(const Eigen::Vector3d& offset_m) { visual_offset_m_ = offset_m; }
-  void set_objects(std::vector<SeenObject> objects) { objects_ = std::move(objects); }
+  void set_objects(std::vector<SeenObject> objects);
 
   [[nodiscard]] const ArmChain& chain() const { return chain_; }
   [[nodiscard]] const SeenHandModel& seen_hand() const { return seen_hand_; }

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "nido/interfaces/result.h"
+#include "nido/reach/correction_memory.h"
 #include "nido/reach/motion_planner.h"
 #include "nido/reach/posture_history.h"
 
@@ -18,10 +19,14 @@ namespace nido::reach {
 // What reach is asked to do (nido_msgs/ActionGoal).
 struct ReachGoal {
   std::uint32_t id = 0;
-  std::string action;  // "reach", "pregrasp", "lift", "carry", "point", "home", "stop"
-  std::string object;  // "blue cube"; its last word is the shape
+  // "reach", "pregrasp", "lift", "carry", "point", "home", "stop", "correct", "yield"
+  std::string action;
+  // "blue cube"; its last word is the shape. correct: a direction, "left", "right", "up", "down", "forward",
+  // "back", "closer" (to the thing); empty: by p_Root_m.
+  std::string object;
   // reach, pregrasp: the object's centre. point: where the mark on the hand shall go. lift, carry: where the
-  // held object's centre shall go (lift uses the height alone).
+  // held object's centre shall go (lift uses the height alone). correct: by how much, if it names no
+  // direction.
   Eigen::Vector3d p_Root_m = Eigen::Vector3d::Zero();
   Eigen::Vector3d size_m = Eigen::Vector3d::Zero();
   double yaw_rad = 0.0;
@@ -57,6 +62,7 @@ struct ReachOutput {
   std::optional<Joints> command_rad;  // position-direct targets of this tick; nothing before the first goal
   ReachStatus status;
   std::optional<std::string> note;  // something worth a line of the log
+  bool corrected = false;           // something was learned from a correction in this tick
 };
 
 struct ReachOptions {
@@ -73,8 +79,17 @@ struct ReachOptions {
   double blocked_rad = 0.3;   // a joint so far behind its target for blocked_s ends the action
   double blocked_s = 0.5;
   double sighting_gain = 0.25;
-  double most_visual_offset_m = 0.02;
-  double most_innovation_m = 0.04;  // sightings farther from the prediction are not believed
+  double most_visual_offset_m = 0.06;
+  double most_innovation_m = 0.04;   // sightings farther from the prediction are not believed at first
+  double most_change_m = 0.08;       // ever: what is seen farther off is not the hand
+  int sightings_to_notice = 8;       // but so many that agree are: the body or the eyes have changed
+  double refine_m = 0.004;           // seen farther off its goal than this, the resting hand goes there again
+  int refinements = 2;               // at most so often
+  double correction_step_m = 0.015;  // "a bit"
+  double corrected_from_m = 0.05;    // the hand must be so near to where it was brought
+  double led_m = 0.008;              // the hand that was moved so far and then rests was led there
+  double led_rest_s = 0.7;
+  double yield_s = 20.0;  // for so long it lets itself be led
   double encoders_missing_s = 0.5;
 };
 
@@ -89,6 +104,9 @@ class ReachCore {
 
   [[nodiscard]] const MotionPlanner& planner() const { return planner_; }
   [[nodiscard]] const Eigen::Vector3d& visual_offset_m() const { return visual_offset_m_; }
+  // What people have corrected so far, and what they had before.
+  [[nodiscard]] const CorrectionMemory& corrections() const { return corrections_; }
+  void set_corrections(CorrectionMemory corrections) { corrections_ = std::move(corrections); }
 
  private:
   // Follow a path in time.
@@ -101,6 +119,7 @@ class ReachCore {
   struct Look {
     double most_s = 0.0;
     PalmGoal goal;
+    int refinements = 0;  // straight ways that may follow if the hand is seen beside its goal
   };
   // Plan a straight way when its turn comes, with what the eyes have said by then.
   struct Straight {
@@ -108,7 +127,22 @@ class ReachCore {
     double speed_m_s = 0.0;
     double joint_speed_share = 0.5;
   };
-  using Stage = std::variant<Move, Look, Straight>;
+  // Be led: the targets follow the joints until the hand was moved and rests.
+  struct Yield {
+    std::optional<Joints> start;
+    Joints resting = Joints::Zero();  // for how long the joints are where they are
+    double resting_since_s = 0.0;
+  };
+  using Stage = std::variant<Move, Look, Straight, Yield>;
+
+  // What the hand stands at since the last reach or pregrasp, and may be corrected.
+  struct Standing {
+    std::string action;
+    std::string object;
+    Eigen::Vector3d p_Root_m = Eigen::Vector3d::Zero();  // of the thing
+    Eigen::Vector3d offset_m = Eigen::Vector3d::Zero();  // beside the planned goal
+    PalmGoal goal;                                       // with the offset
+  };
 
   void begin(const ReachGoal& goal);
   Status plan(const ReachGoal& goal);
@@ -117,6 +151,11 @@ class ReachCore {
   Status plan_lift(const ReachGoal& goal);
   Status plan_carry(const ReachGoal& goal);
   Status plan_home();
+  Status plan_correction(const ReachGoal& goal);
+  Status plan_yield();
+  Status learn_correction(const Eigen::Vector3d& change_m);
+  // False when it goes on.
+  bool yield(Yield& yield, double now_s);
   void run_stages(double now_s);
   void finish(ActionState state, const std::string& reason);
   // Slows the arm down after a motion was broken off; false when it rests.
@@ -146,6 +185,12 @@ class ReachCore {
   bool stage_begun_ = false;
   int sightings_in_stage_ = 0;
   std::optional<PalmGoal> present_goal_;
+  CorrectionMemory corrections_;
+  std::optional<Standing> standing_;
+  bool corrected_ = false;
+  double hand_seen_at_s_ = -10.0;  // at rest or not
+  int strange_sightings_ = 0;      // that are not believed but agree, one after the other
+  Eigen::Vector3d strange_m_ = Eigen::Vector3d::Zero();
 
   Eigen::Vector3d visual_offset_m_ = Eigen::Vector3d::Zero();
   Eigen::Vector3d p_PalmHeld_m_ =

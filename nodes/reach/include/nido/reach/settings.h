@@ -11,6 +11,7 @@ namespace nido::reach {
 // Where the reaching process finds what it needs.
 struct SettingsPaths {
   std::string urdf = "config/robots/icub.urdf";
+  std::string calibration = "";  // what self-calibration found (docs/calibration.md); empty: as the URDF says
   std::string postures = "config/robots/grasp_postures.yaml";        // how to hold the palm to each shape
   std::string posture_weights = "config/weights/reach_posture.txt";  // the paper's network
   std::string hand_weights = "config/weights/reach_hand.txt";        // where the eyes see the hand
@@ -22,7 +23,8 @@ struct Body {
   ArmChain chain;
   Eigen::Vector3d p_PalmMark_m = Eigen::Vector3d::Zero();
 };
-Result<Body> load_body(const std::string& urdf_path, const std::string& side);
+Result<Body> load_body(const std::string& urdf_path, const std::string& calibration_path,
+                       const std::string& side);
 
 // Planner with the default home, limits and speeds (docs/reach.md).
 PlannerOptions default_planner_options();
