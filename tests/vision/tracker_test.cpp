@@ -16,6 +16,14 @@ TemplateSet one_cube() {
   return set;
 }
 
+TemplateSet cube_and_ball(double ball_radius_m) {
+  TemplateSet set = one_cube();
+  ObjectTemplate ball{"blue ball", "blue", "ball", {}, {}};
+  ball.body.solids = {{Solid::Kind::kSphere, {ball_radius_m, 0, 0}, {0, 0, 0}}};
+  set.objects.push_back(ball);
+  return set;
+}
+
 // Two eyes side by side that look forward and down, as the robot's do at its table.
 EyePair eyes_over_the_table() {
   EyePair eyes;
@@ -31,7 +39,7 @@ EyePair eyes_over_the_table() {
 // Shows the tracker outlines as blobs of the first colour, a pair of pictures every 33 ms.
 class Shown {
  public:
-  Shown() : tracker_(one_cube(), {}) {}
+  explicit Shown(const TemplateSet& templates = one_cube()) : tracker_(templates, {}) {}
 
   const std::vector<SeenObject>& show(const OutlinePair& outlines) {
     std::array<std::vector<Blob>, 2> blobs;
@@ -106,6 +114,33 @@ TEST(Tracker, AKnownThingStaysBehindWhatCoversIt) {
   ASSERT_EQ(seen.size(), 1U);
   EXPECT_TRUE(seen[0].occluded);
   EXPECT_LT((seen[0].p_RootObject_m - p_Root_m).norm(), 0.002);
+}
+
+// Somebody takes a thing away and puts another one of its colour there.
+TEST(Tracker, TheOldNameGoesWithTheThing) {
+  for (const double ball_radius_m : {0.02, 0.025, 0.03}) {
+    const TemplateSet templates = cube_and_ball(ball_radius_m);
+    Shown shown(templates);
+    const Eigen::Vector3d p_Root_m(-0.32, 0.05, -0.0576);
+    for (int i = 0; i < 40; ++i) shown.show(shown.outlines(p_Root_m, 0.5));
+    const Eigen::Vector3d p_RootBall_m(-0.32, 0.05, -0.0826 + ball_radius_m);
+    const Body& ball = templates.objects[1].body;
+    OutlinePair round;
+    for (std::size_t e = 0; e < 2; ++e) round[e] = ball.outline(eyes_over_the_table()[e], p_RootBall_m, 0.0);
+    double named_after_s = -1;
+    for (int i = 0; i < 90 && named_after_s < 0; ++i) {
+      const auto& seen = shown.show(round);
+      if (seen.size() == 1 && seen[0].name == "blue ball" &&
+          (seen[0].p_RootObject_m - p_RootBall_m).norm() < 0.004)
+        named_after_s = i * 0.033;
+    }
+    EXPECT_GE(named_after_s, 0.0) << "still the old name after 3 s; radius " << ball_radius_m;
+    for (int i = 0; i < 30; ++i) {
+      const auto& seen = shown.show(round);
+      ASSERT_EQ(seen.size(), 1U);
+      EXPECT_EQ(seen[0].name, "blue ball");
+    }
+  }
 }
 
 }  // namespace

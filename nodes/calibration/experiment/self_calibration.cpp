@@ -6,16 +6,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <filesystem>
-#include <mutex>
-#include <optional>
+#include <map>
 
-#include "nido/experiment/domain.h"
 #include "nido/experiment/kept.h"
 #include "nido/launcher/paths.h"
 #include "nido/report/experiment_cli.h"
-#include "nido/report/progress.h"
 #include "nido/report/report.h"
 #include "nido/report/statistics.h"
 #include "wrong_body.h"
@@ -126,7 +122,7 @@ Result<std::vector<Point>> trial_of(const Request& request, int trial, int domai
   return points;
 }
 
-Report make_report(const Request& request, const std::vector<std::optional<std::vector<Point>>>& done) {
+Report make_report(const Request& request, const std::map<int, std::vector<Point>>& done) {
   Report report;
   report.name = "self-calibration";
   report.title = "Knowing one's own body by looking at the moving hand";
@@ -142,7 +138,7 @@ Report make_report(const Request& request, const std::vector<std::optional<std::
   report.command =
       fmt::format("nido experiment run self-calibration --seed {} --trials {}", request.seed, request.trials);
   report.seed = request.seed;
-  report.trials = request.trials;
+  report.trials = static_cast<long>(done.size());
   report.robot = "icub_sim_babbling, its body drawn by the seed";
   report.world = "empty";
   Plot plot{"error-by-poses", "Mean error in held-out poses by poses learned from (95 % interval dashed)",
@@ -154,10 +150,9 @@ Report make_report(const Request& request, const std::vector<std::optional<std::
   for (std::size_t c = 0; c < std::size(kCounts) && kCounts[c] <= request.poses; ++c) {
     std::vector<double> hand_m;
     std::vector<double> seen_m;
-    for (const auto& points : done) {
-      if (!points) continue;
-      hand_m.push_back((*points)[c].hand_m);
-      seen_m.push_back((*points)[c].seen_m);
+    for (const auto& [trial, points] : done) {
+      hand_m.push_back(points[c].hand_m);
+      seen_m.push_back(points[c].seen_m);
     }
     if (hand_m.empty()) break;
     const std::string key = kCounts[c] == 0 ? "as_drawn" : fmt::format("after_{}", kCounts[c]);
@@ -173,12 +168,11 @@ Report make_report(const Request& request, const std::vector<std::optional<std::
       p->series[3].points.push_back({x, 1000.0 * mean(seen_m)});
     }
   }
-  for (std::size_t t = 0; t < done.size(); ++t) {
-    if (!done[t]) continue;
-    Row row = {{"seed", static_cast<double>(request.seed + t)}};
-    for (const Point& point : *done[t])
+  for (const auto& [trial, points] : done) {
+    Row row = {{"seed", static_cast<double>(request.seed) + trial}};
+    for (const Point& point : points)
       row.emplace_back(fmt::format("hand_error_mm_{}", point.poses), 1000.0 * point.hand_m);
-    row.emplace_back("rms_px", done[t]->back().rms_px);
+    row.emplace_back("rms_px", points.back().rms_px);
     report.trials_detail.push_back(row);
   }
   report.plots = {plot, closer};
@@ -186,31 +180,18 @@ Report make_report(const Request& request, const std::vector<std::optional<std::
 }
 
 Status run(const Request& request) {
-  const auto started = std::chrono::steady_clock::now();
   const auto places = find_places();
   if (!places) return places.error();
-  const auto domains = take_domains(request.domain, std::min(request.jobs, request.trials));
-  if (!domains) return domains.error();
-  std::mutex mutex;
-  std::vector<std::optional<std::vector<Point>>> done(static_cast<std::size_t>(request.trials));
-  const auto report_now = [&] {
-    Report report = make_report(request, done);
-    report.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
-    return report;
-  };
-  const InterruptFlag interrupt;
-  ProgressBar progress("bodies", request.trials);
-  long bodies = 0;
-  const Status failure =
-      side_by_side(request.trials, *domains, interrupt, [&](int trial, int domain) -> Status {
-        auto points = trial_of(request, trial, domain, places->config / "robots");
-        if (!points) return points.error();
-        const std::scoped_lock lock(mutex);
-        done[static_cast<std::size_t>(trial)] = std::move(*points);
-        progress.update(++bodies, "know themselves");
-        return report_now().save(request.out);
-      });
-  return end_of_run(report_now(), request.out, bodies == 0, interrupt.raised(), failure);
+  const fs::path robots = places->config / "robots";
+  const Pieces pieces{.what = "bodies",
+                      .out = request.out,
+                      .count = request.trials,
+                      .jobs = request.jobs,
+                      .domain = request.domain,
+                      .total = request.trials};
+  return run_pieces<std::vector<Point>>(
+      pieces, [&](int trial, int domain) { return trial_of(request, trial, domain, robots); },
+      [&](const std::map<int, std::vector<Point>>& done) { return make_report(request, done); });
 }
 
 }  // namespace
@@ -218,12 +199,12 @@ Status run(const Request& request) {
 
 int main(int argc, char** argv) {
   nido::calibration::Request request;
-  request.trials = 6;
+  request.trials = 3;
   request.jobs = 2;
   request.out = "out/self-calibration";
   CLI::App app("How well a body that is not built as drawn gets to know itself.",
                "nido-experiment-self-calibration");
-  app.footer("example\n  nido experiment run self-calibration --seed 1 --trials 6 --out out/calibration");
+  app.footer("example\n  nido experiment run self-calibration --seed 1 --trials 3 --out out/calibration");
   nido::add_experiment_options(app, request);
   app.add_option("--poses", request.poses, "poses to learn from")
       ->check(CLI::Range(10, 100000))

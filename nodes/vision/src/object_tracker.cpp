@@ -10,6 +10,10 @@ constexpr double kScoreGain = 0.15;    // share of a new view in the running sco
 constexpr double kScoreMargin = 0.04;  // by which another shape must be better to take over
 constexpr int kViewsJudgedFully = 5;   // first views of a thing are compared with every shape of its colour
 constexpr int kJudgeEvery = 15;        // later ones only now and then
+constexpr double kExplained = 0.93;    // overlap of a template that explains what is seen well
+constexpr double kClearlyBetter = 0.03;
+constexpr int kDoubtEvery = 3;  // views that a thing explains poorly
+constexpr int kDoubts = 4;  // looks one after the other in which another thing explains them: that one it is
 
 std::array<double, 4> joined(const std::array<double, 4>& a, const std::array<double, 4>& b) {
   const double left = std::min(a[0], b[0]);
@@ -120,6 +124,39 @@ void ObjectTracker::judge_shape(Track& track, const Claim& seen, const StereoBlo
   }
 }
 
+// What seems to be half hidden, or no longer looks as it did, may be another thing that was put there: then
+// one of the others of its colour explains all that is seen, view after view.
+bool ObjectTracker::is_replaced(Track& track, const Claim& seen, const StereoBlobs& input) {
+  if (++track.poor % kDoubtEvery != 0) return false;
+  const auto own =
+      fit_body(templates_.objects[track.object].body, input.eyes, seen.outlines, track.pose(), true);
+  const double least = std::max(kExplained, own ? own->overlap + kClearlyBetter : 0.0);
+  std::optional<Fit> better;
+  std::size_t other = track.object;
+  for (const std::size_t candidate :
+       objects_of_colour_[templates_.colour_index(templates_.objects[track.object].colour)]) {
+    if (candidate == track.object) continue;
+    const auto fit = fit_body(templates_.objects[candidate].body, input.eyes, seen.outlines,
+                              Fit{track.p_Root_m, 0, 0, Eigen::Matrix3d::Identity()}, true);
+    if (!fit || fit->overlap < least || (better && fit->overlap <= better->overlap)) continue;
+    better = fit;
+    other = candidate;
+  }
+  track.doubts = better ? track.doubts + 1 : 0;
+  if (track.doubts < kDoubts) return false;
+  track.score.assign(templates_.objects.size(), 0.0);
+  track.score[other] = quality(better->overlap, look(other, input, seen.biggest));
+  track.object = other;
+  track.p_Root_m = better->p_Root_m;
+  track.yaw_rad = better->yaw_rad;
+  track.tilt = better->tilt;
+  track.views = settings_.frames_to_confirm;
+  track.confidence = confidence_of(track.score[other]);
+  track.poor = track.doubts = 0;
+  track.occluded = false;
+  return true;
+}
+
 void ObjectTracker::update(Track& track, const Claim& seen, const StereoBlobs& input) {
   const bool confirmed = track.views >= settings_.frames_to_confirm;
   const Body* body = &templates_.objects[track.object].body;
@@ -138,6 +175,9 @@ void ObjectTracker::update(Track& track, const Claim& seen, const StereoBlobs& i
   track.box = seen.box;
   track.seen = input.stamp;
   track.seen_now = true;
+  const bool explained = fit && fit->overlap > kExplained;
+  if (explained) track.poor = track.doubts = 0;
+  if (confirmed && !explained && is_replaced(track, seen, input)) return;
   // a thing that is explained as a whole where it is now is not hidden, whatever was expected
   const bool whole = visible >= settings_.whole_fraction || (fit && fit->overlap > settings_.whole_overlap);
   track.occluded = confirmed && !whole;

@@ -72,7 +72,9 @@ class ObjectTracker {
     double yaw_rad = 0;
     Eigen::Matrix3d tilt = Eigen::Matrix3d::Identity();
     double confidence = 0;
-    int views = 0;  // whole views so far
+    int views = 0;   // whole views so far
+    int poor = 0;    // views one after the other that it does not explain well
+    int doubts = 0;  // of these, looks in which another thing of its colour did
     Time seen;
     bool seen_now = false;
     bool occluded = false;
@@ -90,6 +92,7 @@ class ObjectTracker {
   std::optional<Claim> claim(const Track& track, const StereoBlobs& input);
   void update(Track& track, const Claim& claim, const StereoBlobs& input);
   void judge_shape(Track& track, const Claim& claim, const StereoBlobs& input, bool search_yaw);
+  bool is_replaced(Track& track, const Claim& claim, const StereoBlobs& input);
   void find_new(const StereoBlobs& input);
   void find_in_pieces(int colour, double least_overlap, const StereoBlobs& input);
   bool take_up(const Claim& seen, const Eigen::Vector3d& p_Root_m, int colour, bool in_pieces,
