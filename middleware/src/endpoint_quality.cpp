@@ -2,7 +2,9 @@
 
 #include <algorithm>
 
+#include "lane_writer.h"
 #include "nido/middleware/port_name.h"
+#include "user_data.h"
 
 namespace nido {
 
@@ -88,11 +90,31 @@ EndpointInfo own_info(const Participant& participant, const std::string& topic, 
   return info;
 }
 
+dds::UserDataQosPolicy own_user_data(const Participant& participant, const MessageType& type,
+                                     const Quality& quality, const std::string& port_name) {
+  dds::UserDataQosPolicy policy;
+  policy.setValue(pack_user_data(
+      {participant.node_name(), port_name, quality.profile, type.dds_name, participant.lane_place()}));
+  return policy;
+}
+
+Result<std::shared_ptr<dds::Topic>> topic_for(Participant& participant, const std::string& topic,
+                                              const MessageType& type, const std::string& port_name) {
+  if (!participant.lanes()) {
+    return no_lanes(port_name);
+  }
+  auto found = participant.topic(topic, type);
+  if (!found) {
+    return cannot_open(participant, port_name, topic, type);
+  }
+  return found;
+}
+
 Error cannot_open(const Participant& participant, const std::string& port_name, const std::string& topic,
                   const MessageType& type) {
   std::string others;
-  for (const auto& [guid, info] : participant.endpoints_of(topic)) {
-    if (info.dds_type != type.dds_name) {
+  for (const EndpointInfo& info : participant.endpoints()) {
+    if (info.topic == topic && info.dds_type != type.dds_name) {
       others = " (" + (info.port.empty() ? "another program" : info.port + " of node " + info.node) +
                " uses the topic with type " + info.dds_type + ")";
     }

@@ -32,6 +32,13 @@ void apply(const Quality& quality, dds::DataReaderQos& qos);
 // How a participant describes an endpoint of its own.
 EndpointInfo own_info(const Participant& participant, const std::string& topic, const MessageType& type,
                       const Quality& quality, const std::string& port_name, bool is_writer);
+// The same as it is told to the others (user_data.h).
+eprosima::fastdds::dds::UserDataQosPolicy own_user_data(const Participant& participant,
+                                                        const MessageType& type, const Quality& quality,
+                                                        const std::string& port_name);
+// What an endpoint needs before it is made: the participant's lanes, and its topic.
+Result<std::shared_ptr<dds::Topic>> topic_for(Participant& participant, const std::string& topic,
+                                              const MessageType& type, const std::string& port_name);
 // Why an endpoint was not made.
 Error cannot_open(const Participant& participant, const std::string& port_name, const std::string& topic,
                   const MessageType& type);

@@ -313,10 +313,7 @@ Status InputPort::connect(const std::string& output_name) {
       return {};
     }
   }
-  for (const auto& [guid, info] : participant_->endpoints_of(topic_of(output_name))) {
-    if (!info.is_writer) {
-      continue;
-    }
+  for (const auto& [guid, info] : participant_->writers_of(topic_of(output_name))) {
     if (const std::string why = misfit(info, own_info()); !why.empty()) {
       return Error{ErrorCode::kInvalidArgument, why};
     }
@@ -402,10 +399,7 @@ std::vector<std::string> InputPort::new_complaints() {
   }
   std::vector<std::string> complaints;
   for (const std::string& source : sources) {
-    for (const auto& [guid, info] : participant_->endpoints_of(topic_of(source))) {
-      if (!info.is_writer) {
-        continue;
-      }
+    for (const auto& [guid, info] : participant_->writers_of(topic_of(source))) {
       const std::string why = misfit(info, own_info());
       const std::lock_guard lock(mutex_);
       if (!why.empty() && complained_.insert(guid).second) {

@@ -299,10 +299,10 @@ bool LaneWriter::wait_for_room(std::unique_lock<std::mutex>& lock) {
   return !LaneLoop::is_this_thread_one() && progress_.wait_for(lock, kCommandPatience, has_room);
 }
 
-bool LaneWriter::write(const void* message, const Related* related) {
+Sent LaneWriter::write(const void* message, const Related* related) {
   std::unique_lock lock(mutex_);
   if (settings_.keep_all && !wait_for_room(lock)) {
-    return false;
+    return Sent::kNoRoom;
   }
   const std::uint64_t sequence = written() + 1;
   if (!lanes_.empty() || settings_.transient_local) {
@@ -322,7 +322,7 @@ bool LaneWriter::write(const void* message, const Related* related) {
     if (room > kMostInline_bytes) {
       frame->slot = free_slot(room);
       if (!frame->slot) {
-        return false;
+        return Sent::kNoMemory;
       }
       header.kind = FrameKind::kShared;
       header.slot = frame->slot->id;
@@ -335,13 +335,13 @@ bool LaneWriter::write(const void* message, const Related* related) {
     }
     Payload payload(place, room);
     if (!support_->serialize(source, payload.get())) {
-      return false;
+      return Sent::kFailed;
     }
     header.size = payload.get()->length;
     distribute(frame, header);
   }
   written_.store(sequence, std::memory_order_release);
-  return true;
+  return Sent::kYes;
 }
 
 std::uint8_t* LaneWriter::loan(std::size_t bytes) {
@@ -355,10 +355,13 @@ std::span<const std::uint8_t> LaneWriter::loaned() const {
   return loan_ ? std::span<const std::uint8_t>(loan_->memory, loan_->bytes) : std::span<const std::uint8_t>();
 }
 
-bool LaneWriter::write_loan(std::size_t bytes) {
+Sent LaneWriter::write_loan(std::size_t bytes) {
   std::unique_lock lock(mutex_);
-  if (!loan_ || bytes > loan_->bytes || (settings_.keep_all && !wait_for_room(lock))) {
-    return false;
+  if (!loan_ || bytes > loan_->bytes) {
+    return Sent::kFailed;
+  }
+  if (settings_.keep_all && !wait_for_room(lock)) {
+    return Sent::kNoRoom;
   }
   const FramePtr frame = spare_frame();
   frame->slot = std::move(loan_);
@@ -372,7 +375,7 @@ bool LaneWriter::write_loan(std::size_t bytes) {
   frame->bytes.resize(sizeof header);
   distribute(frame, header);
   written_.store(header.sequence, std::memory_order_release);
-  return true;
+  return Sent::kYes;
 }
 
 void LaneWriter::each_kept(

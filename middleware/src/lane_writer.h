@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "lane_loop.h"
+#include "sent.h"
 
 namespace nido {
 
@@ -44,11 +45,11 @@ class LaneWriter : public std::enable_shared_from_this<LaneWriter> {
     Guid reader;
     std::uint64_t sequence = 0;
   };
-  // False when there was no room for it; only keep_all waits for that, up to 0.2 s.
-  bool write(const void* message, const Related* related);
+  // Only keep_all waits for room, up to 0.2 s.
+  Sent write(const void* message, const Related* related);
   // A place for a message of that many bytes, already serialized, and its sending.
   std::uint8_t* loan(std::size_t bytes);
-  bool write_loan(std::size_t bytes);
+  Sent write_loan(std::size_t bytes);
   [[nodiscard]] std::span<const std::uint8_t> loaned() const;
   // Number of the last message, which is its sequence number.
   [[nodiscard]] std::uint64_t written() const { return written_.load(std::memory_order_acquire); }

@@ -82,16 +82,23 @@ Status OutputPort::send(const Send& send) {
                      " messages in one tick of the lockstep, and no more are kept for its "
                      "readers: open it with profile event and a larger depth"};
   }
-  if (send()) {
-    return {};
+  switch (send()) {
+    case Sent::kYes:
+      return {};
+    case Sent::kNoRoom:
+      return Error{ErrorCode::kTimeout,
+                   "port " + name_ + " could not keep a message: a connected reader has not taken the last " +
+                       (profile_ == Profile::kCommand ? "2000; is its process stopped?"
+                                                      : "ones; is its process stopped?")};
+    case Sent::kNoMemory:
+      return Error{ErrorCode::kFailed,
+                   "port " + name_ +
+                       " could not send a message: the system gives this process no shared "
+                       "memory or no more open files for it (ulimit -n)"};
+    case Sent::kFailed:
+      break;
   }
-  if (profile_ == Profile::kCommand) {
-    return Error{ErrorCode::kTimeout,
-                 "port " + name_ +
-                     " could not keep a message: a connected reader has not taken the last 2000; "
-                     "is its process stopped?"};
-  }
-  return Error{ErrorCode::kFailed, "port " + name_ + " could not send a message"};
+  return Error{ErrorCode::kFailed, "port " + name_ + " could not send a message: it is not whole"};
 }
 
 Status OutputPort::write(const void* message) {

@@ -8,6 +8,8 @@
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
 #include <fastdds/dds/domain/DomainParticipantListener.hpp>
 #include <fastdds/dds/log/Log.hpp>
+#include <fastdds/dds/publisher/DataWriter.hpp>
+#include <fastdds/dds/subscriber/DataReader.hpp>
 
 #include "guarded_transport.h"
 #include "lane_writer.h"
@@ -180,27 +182,30 @@ Participant::~Participant() {
   }
 }
 
-dds::Topic* Participant::acquire_topic(const std::string& topic, const MessageType& type) {
+std::shared_ptr<dds::Topic> Participant::topic(const std::string& name, const MessageType& type) {
   const std::lock_guard lock(topics_mutex_);
-  TopicUse& use = topics_[topic];
+  const auto give = [this](dds::Topic* topic) {
+    return std::shared_ptr<dds::Topic>(topic, [this](dds::Topic* used) { release(used); });
+  };
+  TopicUse& use = topics_[name];
   if (use.users > 0) {
     if (use.type != type.dds_name) {
       return nullptr;
     }
     ++use.users;
-    return use.topic;
+    return give(use.topic);
   }
   if (participant_->find_type(type.dds_name).empty()) {
     dds::TypeSupport support(type.make_support());
     support.register_type(participant_, type.dds_name);
   }
-  use.topic = participant_->create_topic(topic, type.dds_name, dds::TOPIC_QOS_DEFAULT);
+  use.topic = participant_->create_topic(name, type.dds_name, dds::TOPIC_QOS_DEFAULT);
   use.type = type.dds_name;
   use.users = use.topic == nullptr ? 0 : 1;
-  return use.topic;
+  return use.topic == nullptr ? nullptr : give(use.topic);
 }
 
-void Participant::release_topic(dds::Topic* topic) {
+void Participant::release(dds::Topic* topic) {
   const std::lock_guard lock(topics_mutex_);
   const auto found = topics_.find(topic->get_name());
   if (found != topics_.end() && --found->second.users == 0) {
@@ -215,12 +220,12 @@ std::optional<EndpointInfo> Participant::endpoint(const Guid& guid) const {
   return found == endpoints_.end() ? std::nullopt : std::optional(found->second);
 }
 
-std::vector<std::pair<Guid, EndpointInfo>> Participant::endpoints_of(const std::string& topic) const {
+std::vector<std::pair<Guid, EndpointInfo>> Participant::writers_of(const std::string& topic) const {
   const std::lock_guard lock(endpoints_mutex_);
   std::vector<std::pair<Guid, EndpointInfo>> found;
-  for (const auto& entry : endpoints_) {
-    if (entry.second.topic == topic) {
-      found.emplace_back(entry);
+  if (const auto writers = writers_.find(topic); writers != writers_.end()) {
+    for (const Guid& guid : writers->second) {
+      found.emplace_back(*endpoints_.find(guid));
     }
   }
   return found;
@@ -240,6 +245,9 @@ void Participant::add_endpoint(const Guid& guid, const EndpointInfo& info) {
   {
     const std::lock_guard lock(endpoints_mutex_);
     endpoints_[guid] = info;
+    if (info.is_writer) {
+      writers_[info.topic].insert(guid);
+    }
   }
   endpoints_changed();
 }
@@ -247,7 +255,17 @@ void Participant::add_endpoint(const Guid& guid, const EndpointInfo& info) {
 void Participant::remove_endpoint(const Guid& guid) {
   {
     const std::lock_guard lock(endpoints_mutex_);
-    endpoints_.erase(guid);
+    const auto gone = endpoints_.find(guid);
+    if (gone == endpoints_.end()) {
+      return;
+    }
+    if (const auto writers = writers_.find(gone->second.topic); writers != writers_.end()) {
+      writers->second.erase(guid);
+      if (writers->second.empty()) {
+        writers_.erase(writers);
+      }
+    }
+    endpoints_.erase(gone);
   }
   endpoints_changed();
 }
@@ -273,7 +291,24 @@ void Participant::watch(const std::shared_ptr<ChangeSignal>& signal) {
   watchers_.push_back(signal);
 }
 
-void Participant::keep_closed(std::shared_ptr<void> listener) {
+void Participant::close(dds::DataWriter* end, std::shared_ptr<void> listener) {
+  close_end(end, std::move(listener), [this](dds::DataWriter* gone) { publisher_->delete_datawriter(gone); });
+}
+
+void Participant::close(dds::DataReader* end, std::shared_ptr<void> listener) {
+  close_end(end, std::move(listener),
+            [this](dds::DataReader* gone) { subscriber_->delete_datareader(gone); });
+}
+
+template <class End, class Delete>
+void Participant::close_end(End* end, std::shared_ptr<void> listener, const Delete& delete_it) {
+  const Guid guid = end->guid();
+  end->set_listener(nullptr);
+  {
+    const auto making = one_endpoint_at_a_time();
+    delete_it(end);
+  }
+  remove_endpoint(guid);
   std::shared_ptr<void> oldest;  // goes without the lock
   const std::lock_guard lock(endpoints_mutex_);
   closed_.push_back(std::move(listener));

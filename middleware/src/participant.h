@@ -10,6 +10,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -50,16 +51,15 @@ class Participant {
   [[nodiscard]] const std::string& node_name() const { return node_name_; }
   [[nodiscard]] int domain() const { return domain_; }
 
-  // A topic with its type registered; shared by all endpoints of this process. Null when the process uses the
-  // topic with another type already.
-  dds::Topic* acquire_topic(const std::string& topic, const MessageType& type);
-  void release_topic(dds::Topic* topic);
+  // A topic with its type registered; shared by all endpoints of this process, which hold it as long as they
+  // live. Null when the process uses the topic with another type already.
+  std::shared_ptr<dds::Topic> topic(const std::string& name, const MessageType& type);
   [[nodiscard]] dds::Publisher* publisher() const { return publisher_; }
   [[nodiscard]] dds::Subscriber* subscriber() const { return subscriber_; }
 
   // Every endpoint known in the domain, own ones too.
   [[nodiscard]] std::optional<EndpointInfo> endpoint(const Guid& guid) const;
-  [[nodiscard]] std::vector<std::pair<Guid, EndpointInfo>> endpoints_of(const std::string& topic) const;
+  [[nodiscard]] std::vector<std::pair<Guid, EndpointInfo>> writers_of(const std::string& topic) const;
   [[nodiscard]] std::vector<EndpointInfo> endpoints() const;
   void add_endpoint(const Guid& guid, const EndpointInfo& info);
   void remove_endpoint(const Guid& guid);
@@ -79,14 +79,18 @@ class Participant {
   [[nodiscard]] std::unique_lock<std::mutex> one_endpoint_at_a_time() {
     return std::unique_lock<std::mutex>(making_mutex_);
   }
-  // The listener of an endpoint that is no more, which DDS may still be calling: kept until many more have
-  // come, or the participant is gone.
-  void keep_closed(std::shared_ptr<void> listener);
+  // Deletes an endpoint. DDS may still be calling its listener, which is kept until many more have come, or
+  // the participant is gone.
+  void close(dds::DataWriter* end, std::shared_ptr<void> listener);
+  void close(dds::DataReader* end, std::shared_ptr<void> listener);
 
  private:
   class Listener;
   Participant(int domain, std::string node_name);
+  void release(dds::Topic* topic);
   void endpoints_changed();
+  template <class End, class Delete>
+  void close_end(End* end, std::shared_ptr<void> listener, const Delete& delete_it);
 
   const int domain_;
   const std::string node_name_;
@@ -105,6 +109,7 @@ class Participant {
 
   mutable std::mutex endpoints_mutex_;
   std::map<Guid, EndpointInfo> endpoints_;
+  std::map<std::string, std::set<Guid>> writers_;  // of these, by topic
   std::vector<std::weak_ptr<ChangeSignal>> watchers_;
   std::deque<std::shared_ptr<void>> closed_;
 

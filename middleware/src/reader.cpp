@@ -8,7 +8,6 @@
 
 #include "lane_reader.h"
 #include "lane_writer.h"
-#include "user_data.h"
 
 namespace nido {
 
@@ -155,25 +154,21 @@ Result<std::unique_ptr<Reader>> Reader::open(std::shared_ptr<Participant> partic
                                              ReaderEvents& events, std::shared_ptr<LaneLoop> loop) {
   std::unique_ptr<Reader> self(new Reader());
   self->participant_ = std::move(participant);
-  const auto lanes = self->participant_->lanes();
-  if (!lanes) {
-    return no_lanes(port_name);
+  auto own_topic = topic_for(*self->participant_, topic, type, port_name);
+  if (!own_topic) {
+    return own_topic.error();
   }
-  self->topic_ = self->participant_->acquire_topic(topic, type);
-  if (self->topic_ == nullptr) {
-    return cannot_open(*self->participant_, port_name, topic, type);
-  }
+  self->topic_ = std::move(own_topic).value();
   dds::DataReaderQos qos = dds::DATAREADER_QOS_DEFAULT;
   apply(quality, qos);
   qos.reliable_reader_qos().times.heartbeatResponseDelay = {0, 1'000'000};
-  qos.user_data().setValue(pack_user_data({self->participant_->node_name(), port_name, quality.profile,
-                                           type.dds_name, self->participant_->lane_place()}));
-  self->listener_ =
-      std::make_shared<Listener>(*self->participant_, loop ? loop : lanes->receiving(), type, events);
+  qos.user_data() = own_user_data(*self->participant_, type, quality, port_name);
+  self->listener_ = std::make_shared<Listener>(
+      *self->participant_, loop ? loop : self->participant_->lanes()->receiving(), type, events);
   {
     const auto making = self->participant_->one_endpoint_at_a_time();
     self->reader_ =
-        self->participant_->subscriber()->create_datareader(self->topic_, qos, self->listener_.get());
+        self->participant_->subscriber()->create_datareader(self->topic_.get(), qos, self->listener_.get());
   }
   if (self->reader_ == nullptr) {
     return cannot_open(*self->participant_, port_name, topic, type);
@@ -189,16 +184,7 @@ Reader::~Reader() {
     listener_->close();
   }
   if (reader_ != nullptr) {
-    reader_->set_listener(nullptr);
-    {
-      const auto making = participant_->one_endpoint_at_a_time();
-      participant_->subscriber()->delete_datareader(reader_);
-    }
-    participant_->remove_endpoint(guid_);
-    participant_->keep_closed(std::move(listener_));
-  }
-  if (topic_ != nullptr) {
-    participant_->release_topic(topic_);
+    participant_->close(reader_, std::move(listener_));
   }
 }
 

@@ -57,7 +57,7 @@ class Reader {
   Reader() = default;
   std::shared_ptr<Participant> participant_;
   std::shared_ptr<Listener> listener_;
-  dds::Topic* topic_ = nullptr;
+  std::shared_ptr<dds::Topic> topic_;
   dds::DataReader* reader_ = nullptr;
   Guid guid_;
 };

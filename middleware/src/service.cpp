@@ -210,7 +210,7 @@ Result<std::string> TextClient::call(const std::string& text, double timeout_s,
       // a server of another program answers to the number that it has seen
       awaited_[{true, requests_->written_by_dds() + 1}] = sequence;
     }
-    if (!requests_->write(&request, &related)) {
+    if (requests_->write(&request, &related) != Sent::kYes) {
       const std::lock_guard lock(mutex_);
       forget(sequence);
       return Error{ErrorCode::kFailed, "the request to " + name_ + " could not be sent"};

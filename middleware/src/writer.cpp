@@ -8,7 +8,6 @@
 #include <mutex>
 
 #include "lane_writer.h"
-#include "user_data.h"
 
 namespace nido {
 
@@ -93,10 +92,11 @@ class Writer::Listener final : public dds::DataWriterListener,
   }
 
   // Sends by DDS what is the lanes' message `sequence`.
-  bool write_by_dds(const void* message, const SampleId* related, std::uint64_t sequence) {
+  Sent write_by_dds(const void* message, const SampleId* related, std::uint64_t sequence) {
     const std::lock_guard lock(dds_mutex_);
     catch_up();
-    return (keeps_ && told_ >= sequence) || tell(message, related, sequence);
+    // DDS refuses what it cannot keep for a reader
+    return (keeps_ && told_ >= sequence) || tell(message, related, sequence) ? Sent::kYes : Sent::kNoRoom;
   }
   // Nobody is there whom DDS serves: what it keeps grows old.
   void forget_by_dds() {
@@ -182,14 +182,12 @@ Result<std::unique_ptr<Writer>> Writer::open(std::shared_ptr<Participant> partic
                                              const Quality& quality, const std::string& port_name) {
   std::unique_ptr<Writer> self(new Writer());
   self->participant_ = std::move(participant);
+  auto own_topic = topic_for(*self->participant_, topic, type, port_name);
+  if (!own_topic) {
+    return own_topic.error();
+  }
+  self->topic_ = std::move(own_topic).value();
   const auto lanes = self->participant_->lanes();
-  if (!lanes) {
-    return no_lanes(port_name);
-  }
-  self->topic_ = self->participant_->acquire_topic(topic, type);
-  if (self->topic_ == nullptr) {
-    return cannot_open(*self->participant_, port_name, topic, type);
-  }
   dds::DataWriterQos qos = dds::DATAWRITER_QOS_DEFAULT;
   apply(quality, qos);
   // sent by the writing thread itself: no hop to another one
@@ -199,15 +197,14 @@ Result<std::unique_ptr<Writer>> Writer::open(std::shared_ptr<Participant> partic
   // seconds
   qos.reliable_writer_qos().times.heartbeatPeriod = {0, 50'000'000};
   qos.reliable_writer_qos().times.nackResponseDelay = {0, 1'000'000};
-  qos.user_data().setValue(pack_user_data({self->participant_->node_name(), port_name, quality.profile,
-                                           type.dds_name, self->participant_->lane_place()}));
+  qos.user_data() = own_user_data(*self->participant_, type, quality, port_name);
   const dds::TypeSupport support(type.make_support());
   self->listener_ =
       std::make_shared<Listener>(*self->participant_, lanes->sending(), quality.transient_local, support);
   {
     const auto making = self->participant_->one_endpoint_at_a_time();
     self->writer_ =
-        self->participant_->publisher()->create_datawriter(self->topic_, qos, self->listener_.get());
+        self->participant_->publisher()->create_datawriter(self->topic_.get(), qos, self->listener_.get());
   }
   if (self->writer_ == nullptr) {
     return cannot_open(*self->participant_, port_name, topic, type);
@@ -237,38 +234,29 @@ Writer::~Writer() {
     listener_->close();
   }
   if (writer_ != nullptr) {
-    writer_->set_listener(nullptr);
-    {
-      const auto making = participant_->one_endpoint_at_a_time();
-      participant_->publisher()->delete_datawriter(writer_);
-    }
-    participant_->remove_endpoint(guid_);
-    participant_->keep_closed(std::move(listener_));
-  }
-  if (topic_ != nullptr) {
-    participant_->release_topic(topic_);
+    participant_->close(writer_, std::move(listener_));
   }
 }
 
-bool Writer::write(const void* message, const SampleId* related) {
+Sent Writer::write(const void* message, const SampleId* related) {
   LaneWriter::Related answer;
   if (related != nullptr) {
     answer.reader = related->writer_guid();
     answer.sequence = static_cast<std::uint64_t>(related->sequence_number().to64long());
   }
-  if (!lane_->write(message, related != nullptr ? &answer : nullptr)) {
-    return false;
+  if (const Sent sent = lane_->write(message, related != nullptr ? &answer : nullptr); sent != Sent::kYes) {
+    return sent;
   }
   if (listener_->has_far()) {
     return listener_->write_by_dds(message, related, lane_->written());
   }
   listener_->forget_by_dds();
-  return true;
+  return Sent::kYes;
 }
 
 std::uint8_t* Writer::loan(std::size_t bytes) { return lane_->loan(bytes); }
 
-bool Writer::write_loan(std::size_t bytes) {
+Sent Writer::write_loan(std::size_t bytes) {
   if (!listener_->has_far()) {
     listener_->forget_by_dds();
     return lane_->write_loan(bytes);
@@ -279,12 +267,16 @@ bool Writer::write_loan(std::size_t bytes) {
   rtps::SerializedPayload_t serialized;
   serialized.data = const_cast<std::uint8_t*>(payload.data());
   serialized.length = serialized.max_size = static_cast<std::uint32_t>(std::min(bytes, payload.size()));
-  const bool is_whole = support_->deserialize(&serialized, message);
+  Sent sent = Sent::kFailed;
+  if (support_->deserialize(&serialized, message)) {
+    sent = lane_->write_loan(bytes);
+    if (sent == Sent::kYes) {
+      sent = listener_->write_by_dds(message, nullptr, lane_->written());
+    }
+  }
   serialized.data = nullptr;
-  const bool is_written =
-      is_whole && lane_->write_loan(bytes) && listener_->write_by_dds(message, nullptr, lane_->written());
   support_->deleteData(message);
-  return is_written;
+  return sent;
 }
 
 std::uint64_t Writer::written() const { return lane_->written(); }

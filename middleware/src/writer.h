@@ -8,6 +8,7 @@
 
 #include "change_signal.h"
 #include "endpoint_quality.h"
+#include "sent.h"
 
 namespace nido {
 
@@ -24,12 +25,11 @@ class Writer {
   Writer(const Writer&) = delete;
   Writer& operator=(const Writer&) = delete;
 
-  // False when the message could not be kept for every reader. `related`: the request that a reply belongs
-  // to.
-  bool write(const void* message, const SampleId* related = nullptr);
+  // `related`: the request that a reply belongs to.
+  Sent write(const void* message, const SampleId* related = nullptr);
   // A place in shared memory for a serialized message of up to `bytes`, or null, and its sending.
   std::uint8_t* loan(std::size_t bytes);
-  bool write_loan(std::size_t bytes);
+  Sent write_loan(std::size_t bytes);
   // Waits until every reader has what was written; false after timeout_s.
   bool wait_until_received(double timeout_s);
   // Sequence number of the last written message, 0 before the first.
@@ -49,7 +49,7 @@ class Writer {
   Writer() = default;
   std::shared_ptr<Participant> participant_;
   std::shared_ptr<Listener> listener_;
-  dds::Topic* topic_ = nullptr;
+  std::shared_ptr<dds::Topic> topic_;
   dds::DataWriter* writer_ = nullptr;
   Guid guid_;
   dds::TypeSupport support_;

@@ -197,11 +197,14 @@ TEST_F(WithNodes, PingsAndConnects) {
   }));
 }
 
-TEST_F(WithNodes, CtrlCEndsAReaderWith130) {
-  Program reader(NIDO, {"port", "read", "/clock", "--domain", std::to_string(test_domain())});
-  ASSERT_TRUE(reader.wait_for("clock"));
-  reader.signal(SIGINT);
-  EXPECT_EQ(reader.wait(seconds(10)).code, 130);
+TEST_F(WithNodes, AServiceIsAskedWithOptionsAnywhere) {
+  const auto text = nido_tool({"port", "rpc", "/body/control", "info", "--wait", "10"});
+  EXPECT_TRUE(text.code == 0 && contains(text.out, "input /body/command:i")) << text.out << text.err;
+  const auto json = nido_tool({"port", "rpc", "/body/control", "info", "--json"});
+  EXPECT_TRUE(contains(nlohmann::json::parse(json.out).dump(), "/body/command:i")) << json.out << json.err;
+  // negative numbers are no options, and what is behind -- is said as it is
+  EXPECT_TRUE(contains(nido_tool({"port", "rpc", "/body/control", "pos", "3", "-45"}).out, "pos 3 -45"));
+  EXPECT_TRUE(contains(nido_tool({"port", "rpc", "/body/control", "--", "pos", "--json"}).out, "pos --json"));
 }
 
 TEST_F(WithNodes, TheDoctorLooksAtTheMachine) {

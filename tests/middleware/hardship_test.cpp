@@ -89,6 +89,7 @@ TEST_F(Hardship, ALargeMessageThatThereAreNoFilesForIsRefusedOrCounted) {
     const auto status = out_->write(large);
     ASSERT_FALSE(status.ok());
     EXPECT_NE(status.error().message.find("/giver/out:o"), std::string::npos) << status.error().message;
+    EXPECT_NE(status.error().message.find("no shared memory"), std::string::npos) << status.error().message;
     // small ones need none
     ASSERT_TRUE(out_->write(text("small")));
     ASSERT_TRUE(first_->wait_for_message(kPatience_s));
@@ -115,6 +116,19 @@ TEST_F(Hardship, ALargeMessageThatThereAreNoFilesForIsRefusedOrCounted) {
     EXPECT_EQ(first_->take()->data().size(), 100'000U);
   }
   EXPECT_EQ(first_->connections().at(0).lost + came, 1U);
+}
+
+// a command port that cannot send has two reasons, of which only one is a reader that does not read
+TEST_F(Hardship, ACommandThatThereIsNoMemoryForSaysSo) {
+  const auto commands = make_output<String>(*giver_, "/giver/command:o", Profile::kCommand);
+  const auto taker = make_input<String>(*taker_, "/taker/command:i", Profile::kCommand);
+  ASSERT_TRUE(taker->connect("/giver/command:o"));
+  ASSERT_TRUE(commands->wait_for_readers(1, kPatience_s));
+  const FewFiles few(0);
+  const auto status = commands->write(text(std::string(100'000, 'x')));
+  ASSERT_FALSE(status.ok());
+  EXPECT_EQ(status.error().code, ErrorCode::kFailed);
+  EXPECT_NE(status.error().message.find("no shared memory"), std::string::npos) << status.error().message;
 }
 
 }  // namespace

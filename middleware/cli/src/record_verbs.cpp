@@ -141,7 +141,7 @@ int replay_info(const mcap::Reader& reader, const std::string& file, bool json) 
 }  // namespace
 
 int record(const Common& common, const RecordRequest& request) {
-  auto session = join(common);
+  auto session = join(common, Ending::kWhenDone);
   if (!session) return fail(session.error());
   settle(*session->directory);
   if (interrupted()) return 130;
@@ -257,7 +257,7 @@ int replay(const Common& common, const ReplayRequest& request) {
   const std::string damage = (*reader)->damage();
   const double duration_s = static_cast<double>((*reader)->end_ns() - (*reader)->start_ns()) * 1e-9;
 
-  auto session = join(common);
+  auto session = join(common, Ending::kWhenDone);
   if (!session) return fail(session.error());
   NodeOptions visible;
   visible.name = request.name;

@@ -20,11 +20,13 @@
 namespace nido::cli {
 namespace {
 
-// The one thing that a signal handler may touch.
+// All that a signal handler may touch.
 std::atomic<bool> stop_asked{false};
+std::atomic<bool> ends_soon{false};
 
-extern "C" void on_signal(int) {
-  if (stop_asked.exchange(true)) _exit(130);
+extern "C" void on_signal(int number) {
+  if (stop_asked.exchange(true) || number == SIGALRM) _exit(130);
+  if (ends_soon) alarm(1);
 }
 
 std::string fingerprint(const Directory& directory) {
@@ -95,10 +97,12 @@ void catch_signals() {
   action.sa_handler = on_signal;
   sigaction(SIGINT, &action, nullptr);
   sigaction(SIGTERM, &action, nullptr);
+  sigaction(SIGALRM, &action, nullptr);
 }
 
-Result<Session> join(const Common& common) {
+Result<Session> join(const Common& common, Ending ending) {
   catch_signals();
+  ends_soon = ending == Ending::kSoon;
   NodeOptions options;
   options.name = fmt::format("nido_{}", getpid());
   options.domain = common.domain;

@@ -25,8 +25,11 @@ struct Session {
   std::unique_ptr<Node> node;
   std::unique_ptr<Directory> directory;
 };
+// What Ctrl-C means to a verb that looks or asks: it has a second to end, whatever it waits for then; or to
+// one that has something to finish.
+enum class Ending { kSoon, kWhenDone };
 // Joins, and catches signals.
-Result<Session> join(const Common& common);
+Result<Session> join(const Common& common, Ending ending = Ending::kSoon);
 // Waits until the picture of the directory has not changed for a while.
 void settle(Directory& directory);
 
