@@ -176,8 +176,7 @@ void add_ports(Verbs& verbs, PortArguments& args) {
   write->callback([&] { throw CLI::RuntimeError(cli::port_write(common, args.port, args.words)); });
   auto* rpc = one("rpc", "ask a service and print its answer", "nido port rpc /icubSim/head/rpc:i get encs");
   rpc->add_option("text", args.words, "what to ask")->required();
-  rpc->callback(
-      [&] { throw CLI::RuntimeError(cli::port_rpc(common, args.port, args.words)); });
+  rpc->callback([&] { throw CLI::RuntimeError(cli::port_rpc(common, args.port, args.words)); });
   const auto two = [&](const char* name, const char* meaning, const char* example) {
     CLI::App* verb = verbs.add(port, name, meaning, example);
     verb->add_option("out", args.port, "output port")->required();
