@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <fstream>
 #include <set>
+#include <thread>
 
 #include "nido/experiment/domain.h"
 #include "nido/experiment/kept.h"
@@ -15,6 +16,7 @@ namespace nido {
 namespace {
 
 namespace fs = std::filesystem;
+using namespace std::chrono_literals;
 
 class Folder {
  public:
@@ -53,6 +55,7 @@ TEST(Domains, ThoseThatAreAskedForAreGiven) {
 
 TEST(Pieces, OneThatWasDoneIsNotStartedAgain) {
   const Folder folder;
+  const InterruptFlag interrupt;
   const AppRun run{"there_is_no_such_app", {"--seed", "4"}, folder.path().string()};
   const auto mark = [&](const std::string& asked) {
     std::ofstream(folder.path() / "run.done") << asked;
@@ -60,17 +63,32 @@ TEST(Pieces, OneThatWasDoneIsNotStartedAgain) {
     std::ofstream(folder.path() / "run" / "result") << "kept";
   };
   mark("there_is_no_such_app\n--seed\n4\n");
-  EXPECT_TRUE(run_app_once(run, 44));
+  EXPECT_TRUE(run_app_once(run, {44, interrupt}));
   EXPECT_TRUE(fs::exists(folder.path() / "run" / "result"));
 
   // results of another seed are no results: they go, and the app is started, which fails here
   mark("there_is_no_such_app\n--seed\n5\n");
-  EXPECT_FALSE(run_app_once(run, 44));
+  EXPECT_FALSE(run_app_once(run, {44, interrupt}));
   EXPECT_FALSE(fs::exists(folder.path() / "run" / "result"));
 
   mark("there_is_no_such_app\n--seed\n4\n");
   forget_runs(folder.path().string());
-  EXPECT_FALSE(run_app_once(run, 44));
+  EXPECT_FALSE(run_app_once(run, {44, interrupt}));
+}
+
+// A user who asks a long experiment to end does not wait for its piece.
+TEST(Pieces, AnInterruptionEndsTheAppThatRuns) {
+  const Folder folder;
+  const InterruptFlag interrupt;
+  const std::jthread somebody([&](const std::stop_token& ended) {
+    const fs::path begun = folder.path() / "run" / "app.yaml";
+    while (!ended.stop_requested() && !fs::exists(begun)) std::this_thread::sleep_for(10ms);
+    if (fs::exists(begun)) std::raise(SIGTERM);
+  });
+  const Status ran =
+      run_app_once({"grasp_learning", {"--lockstep"}, folder.path().string()}, {44, interrupt});
+  ASSERT_FALSE(ran);
+  EXPECT_EQ(ran.error().code, ErrorCode::kInterrupted) << ran.error().message;
 }
 
 TEST(Pieces, SideBySideEachIsDoneOnceInADomainOfItsOwn) {
@@ -80,8 +98,8 @@ TEST(Pieces, SideBySideEachIsDoneOnceInADomainOfItsOwn) {
   std::array<std::atomic<int>, 9> done{};
   std::array<std::atomic<int>, 5> at_work{};
   std::atomic<bool> met{false};
-  const Status all = side_by_side(9, *domains, interrupt, [&](int piece, int domain) -> Status {
-    auto& here = at_work[static_cast<std::size_t>(domain)];
+  const Status all = side_by_side(9, *domains, interrupt, [&](int piece, const Lane& lane) -> Status {
+    auto& here = at_work[static_cast<std::size_t>(lane.domain)];
     if (++here > 1) met = true;
     ++done[static_cast<std::size_t>(piece)];
     --here;
@@ -97,7 +115,7 @@ TEST(Pieces, AFailureOrAnInterruptionEndsThem) {
   ASSERT_TRUE(domains);
   const InterruptFlag interrupt;
   int begun = 0;
-  const Status failed = side_by_side(9, *domains, interrupt, [&](int piece, int) -> Status {
+  const Status failed = side_by_side(9, *domains, interrupt, [&](int piece, const Lane&) -> Status {
     ++begun;
     if (piece == 2) return Error{ErrorCode::kFailed, "this one"};
     return {};
@@ -107,7 +125,7 @@ TEST(Pieces, AFailureOrAnInterruptionEndsThem) {
   EXPECT_EQ(begun, 3);
 
   begun = 0;
-  EXPECT_TRUE(side_by_side(9, *domains, interrupt, [&](int piece, int) -> Status {
+  EXPECT_TRUE(side_by_side(9, *domains, interrupt, [&](int piece, const Lane&) -> Status {
     ++begun;
     if (piece == 1) std::raise(SIGINT);
     return {};
@@ -128,9 +146,9 @@ TEST(Pieces, TheReportHasWhatIsDoneAndTellsOfAFailure) {
   };
   const Status all = run_pieces<int>(
       pieces,
-      [](int piece, int domain) -> Result<int> {
+      [](int piece, const Lane& lane) -> Result<int> {
         if (piece == 3) return Error{ErrorCode::kFailed, "this one"};
-        return 10 * piece + domain;
+        return 10 * piece + lane.domain;
       },
       report_of);
   ASSERT_FALSE(all);

@@ -41,7 +41,7 @@ nlohmann::json read_json(const fs::path& path) {
 }
 
 // Scenes first .. first + count - 1, added to what was played before.
-Status play(const Request& request, int domain, const std::string& method, int first, int count,
+Status play(const Request& request, const Lane& lane, const std::string& method, int first, int count,
             Played& played) {
   const fs::path out = fs::absolute(fs::path(request.out) / fmt::format("{}-{:03d}", method, first));
   const Status done =
@@ -50,7 +50,7 @@ Status play(const Request& request, int domain, const std::string& method, int f
                      "attention.method=" + method, "--set", fmt::format("attention_trials.first={}", first),
                      "--set", fmt::format("attention_trials.count={}", count)},
                     out.string()},
-                   domain);
+                   lane);
   if (!done) return done.error();
   const auto rows = read_json(out / "run" / "attention.json");
   if (!rows.is_array() || static_cast<int>(rows.size()) != count) {
@@ -181,20 +181,20 @@ Status run(const Request& request) {
   Status failure;
   const auto domains = take_domains(request.domain, 1);
   if (!domains) return domains.error();
-  const int domain = domains->front().number();
   const auto report_now = [&] {
     Report report = make_report(request, field, colour);
     report.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
     return report;
   };
   const InterruptFlag interrupt;
+  const Lane lane{domains->front().number(), interrupt};
   const int runs = request.baseline ? 2 : 1;
   ProgressBar progress("scenes", static_cast<long>(request.trials) * runs);
   for (int first = 0; first < request.trials && failure && !interrupt.raised(); first += request.block) {
     const int count = std::min(request.block, request.trials - first);
-    failure = play(request, domain, "field", first, count, field);
+    failure = play(request, lane, "field", first, count, field);
     if (failure && request.baseline && !interrupt.raised())
-      failure = play(request, domain, "colour", first, count, colour);
+      failure = play(request, lane, "colour", first, count, colour);
     if (field.rows.empty()) continue;
     if (const Status saved = report_now().save(request.out); !saved && failure) failure = saved;
     progress.update(static_cast<long>(field.rows.size() + colour.rows.size()));

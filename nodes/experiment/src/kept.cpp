@@ -17,7 +17,7 @@ namespace {
 constexpr const char* kMark = "run.done";  // what was asked for, beside its results
 }
 
-Status run_app_once(const AppRun& run, int domain) {
+Status run_app_once(const AppRun& run, const Lane& lane) {
   const fs::path folder = fs::absolute(run.folder);
   std::error_code failure;
   fs::create_directories(folder, failure);
@@ -31,11 +31,12 @@ Status run_app_once(const AppRun& run, int domain) {
   fs::remove(folder / kMark, absent);
   fs::remove_all(folder / "run", absent);  // of another run: its results would be taken for these
   std::vector<std::string> arguments = run.arguments;
-  for (const std::string& word :
-       {std::string("--domain"), std::to_string(domain), std::string("--out"), (folder / "run").string()}) {
+  for (const std::string& word : {std::string("--domain"), std::to_string(lane.domain), std::string("--out"),
+                                  (folder / "run").string()}) {
     arguments.push_back(word);
   }
-  if (const Status ran = run_app(run.app, arguments, (folder / "launch.log").string()); !ran) {
+  if (const Status ran = run_app(run.app, arguments, (folder / "launch.log").string(), lane.interrupt);
+      !ran) {
     const bool counts = ran.error().code == ErrorCode::kFailed && !run.result.empty() &&
                         fs::exists(folder / "run" / run.result, absent);
     if (!counts) return ran;
@@ -46,11 +47,11 @@ Status run_app_once(const AppRun& run, int domain) {
 }
 
 Status side_by_side(int count, const std::vector<DomainLease>& domains, const InterruptFlag& interrupt,
-                    const std::function<Status(int piece, int domain)>& work) {
+                    const std::function<Status(int piece, const Lane& lane)>& work) {
   std::mutex mutex;
   int next = 0;
   Status failure;
-  const auto lane = [&](int domain) {
+  const auto work_in = [&](const Lane& lane) {
     while (true) {
       int piece = 0;
       {
@@ -58,14 +59,14 @@ Status side_by_side(int count, const std::vector<DomainLease>& domains, const In
         if (!failure || next >= count || interrupt.raised()) return;
         piece = next++;
       }
-      const Status done = work(piece, domain);
+      const Status done = work(piece, lane);
       const std::scoped_lock lock(mutex);
       if (!done && failure) failure = done;
     }
   };
   {
     std::vector<std::jthread> lanes;
-    for (const DomainLease& domain : domains) lanes.emplace_back(lane, domain.number());
+    for (const DomainLease& domain : domains) lanes.emplace_back(work_in, Lane{domain.number(), interrupt});
   }
   return failure;
 }

@@ -7,8 +7,10 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <chrono>
 #include <csignal>
 #include <cstring>
+#include <thread>
 
 #include "nido/launcher/paths.h"
 
@@ -86,10 +88,15 @@ Status LaunchedApp::wait() {
   }
 }
 
-Status run_app(const std::string& app, const std::vector<std::string>& arguments, const std::string& log) {
+Status run_app(const std::string& app, const std::vector<std::string>& arguments, const std::string& log,
+               const InterruptFlag& interrupt) {
   auto running = LaunchedApp::start(app, arguments, log);
   if (!running) return running.error();
-  return running->wait();
+  while (!interrupt.raised()) {
+    if (auto ended = running->poll()) return *ended;
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  }
+  return Error{ErrorCode::kInterrupted, "interrupted"};  // and the app with us
 }
 
 }  // namespace nido

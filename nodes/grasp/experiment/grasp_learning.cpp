@@ -92,7 +92,7 @@ std::string command_of(const Request& request) {
 
 // One run of the app in `out`, with settings of its own besides those of all; its attempts.
 Result<std::vector<Attempt>> run_attempts(const Request& request, const std::filesystem::path& out,
-                                          std::uint64_t seed, int domain, int attempts,
+                                          std::uint64_t seed, const Lane& lane, int attempts,
                                           const std::vector<std::string>& settings,
                                           const std::string& world) {
   std::vector<std::string> arguments = {
@@ -107,7 +107,7 @@ Result<std::vector<Attempt>> run_attempts(const Request& request, const std::fil
     arguments.emplace_back("--set");
     arguments.push_back(set);
   }
-  if (const Status done = run_app_once({"grasp_learning", arguments, out.string()}, domain); !done)
+  if (const Status done = run_app_once({"grasp_learning", arguments, out.string()}, lane); !done)
     return done.error();
   std::ifstream file(out / "run" / "trials.json");
   const auto rows = nlohmann::json::parse(file, nullptr, false);
@@ -120,17 +120,17 @@ Result<std::vector<Attempt>> run_attempts(const Request& request, const std::fil
 }
 
 // One learning run through the app, and one that only tests.
-Result<Run> learn(const Request& request, std::uint64_t seed, int domain) {
+Result<Run> learn(const Request& request, std::uint64_t seed, const Lane& lane) {
   const std::filesystem::path out = folder_of(request, seed);
   auto learned = run_attempts(
-      request, out, seed, domain, request.attempts,
+      request, out, seed, lane, request.attempts,
       {fmt::format("grasp_trials.until_max={}", request.until_max), "grasp.command=" + command_of(request)},
       "grasp_trial");
   if (!learned) return learned.error();
   Run run{seed, std::move(*learned), {}};
   if (request.validate > 0) {
     auto tested = run_attempts(
-        request, out / "validation", request.seed + kValidationSeeds, domain, request.validate,
+        request, out / "validation", request.seed + kValidationSeeds, lane, request.validate,
         {"grasp.mode=test", "grasp.weights=" + (out / "run" / "grasp.txt").string(), "grasp_trials.x_m=-0.32",
          "grasp_trials.y_m=0.06", "grasp_trials.spread_m=0.06", "grasp_trials.beside=side basket"},
         "grasp_validation");
@@ -253,15 +253,16 @@ Status run(const Request& request) {
   std::vector<Run> runs;
   const InterruptFlag interrupt;
   ProgressBar progress("learning", request.trials);
-  Status failure = side_by_side(request.trials, *domains, interrupt, [&](int piece, int domain) -> Status {
-    auto learned = learn(request, request.seed + static_cast<std::uint64_t>(piece), domain);
-    if (!learned) return learned.error();
-    const std::scoped_lock lock(mutex);
-    runs.push_back(std::move(*learned));
-    progress.update(static_cast<long>(runs.size()),
-                    fmt::format("seed {}: {} attempts", runs.back().seed, runs.back().to_max()));
-    return report_of(runs).save(request.out);
-  });
+  Status failure =
+      side_by_side(request.trials, *domains, interrupt, [&](int piece, const Lane& lane) -> Status {
+        auto learned = learn(request, request.seed + static_cast<std::uint64_t>(piece), lane);
+        if (!learned) return learned.error();
+        const std::scoped_lock lock(mutex);
+        runs.push_back(std::move(*learned));
+        progress.update(static_cast<long>(runs.size()),
+                        fmt::format("seed {}: {} attempts", runs.back().seed, runs.back().to_max()));
+        return report_of(runs).save(request.out);
+      });
   if (failure && !interrupt.raised() && !request.weights.empty()) failure = copy_weights(request, runs);
   const bool nothing = runs.empty();
   return end_of_run(nothing ? Report{} : report_of(runs), request.out, nothing, interrupt.raised(), failure);

@@ -72,7 +72,8 @@ Status write_templates(const fs::path& path) {
 }
 
 // Things first .. first + count - 1, through the app.
-Result<std::vector<nlohmann::json>> try_block(const Request& request, int first, int count, int domain) {
+Result<std::vector<nlohmann::json>> try_block(const Request& request, int first, int count,
+                                              const Lane& lane) {
   const fs::path out = fs::absolute(fs::path(request.out) / fmt::format("things-{:04d}", first));
   const fs::path results = out / "run" / "success.json";
   const auto read = [&]() {
@@ -91,7 +92,7 @@ Result<std::vector<nlohmann::json>> try_block(const Request& request, int first,
         fmt::format("grasp_success.first={}", first), "--set", "vision.templates=" + templates.string(),
         "--set", fmt::format("grasp_success.count={}", count)},
        out.string()},
-      domain);
+      lane);
   if (!done) return done.error();
   auto rows = read();
   if (static_cast<int>(rows.size()) != count)
@@ -181,9 +182,9 @@ Status run(const Request& request) {
   using Rows = std::vector<nlohmann::json>;
   return run_pieces<Rows>(
       pieces,
-      [&](int piece, int domain) {
+      [&](int piece, const Lane& lane) {
         const int first = piece * request.block;
-        return try_block(request, first, std::min(request.block, request.trials - first), domain);
+        return try_block(request, first, std::min(request.block, request.trials - first), lane);
       },
       [&](const std::map<int, Rows>& blocks) {
         Rows rows;

@@ -192,7 +192,7 @@ Report make_report(const Request& request, const std::vector<Condition>& conditi
 
 // One trial in the app, unless it was made before. `began`: a trial got as far as a report.
 Result<Trial> try_once(const Request& request, const std::vector<std::string>& settings, Trial trial,
-                       int domain, std::atomic<bool>& began) {
+                       const Lane& lane, std::atomic<bool>& began) {
   std::vector<std::string> arguments = {"--say", trial.phrase, "--seed", std::to_string(trial.seed)};
   arguments.insert(arguments.end(), settings.begin(), settings.end());
   for (const std::string& set : request.app_set) {
@@ -201,7 +201,7 @@ Result<Trial> try_once(const Request& request, const std::vector<std::string>& s
   }
   arguments.emplace_back("--set");
   arguments.push_back(fmt::format("wall_limit_s={}", request.limit_s));
-  const Status ran = run_app_once({request.app, arguments, trial.folder.string(), "report.json"}, domain);
+  const Status ran = run_app_once({request.app, arguments, trial.folder.string(), "report.json"}, lane);
   if (ran || fs::exists(trial.folder / "run" / "report.json")) {
     began = true;
   } else if (ran.error().code != ErrorCode::kFailed || !began) {
@@ -246,7 +246,7 @@ Status run(Request request) {
   pieces.total = pieces.count;
   return run_pieces<Trial>(
       pieces,
-      [&](int piece, int domain) {
+      [&](int piece, const Lane& lane) {
         // every condition has the same phrases and tables
         const int number = piece % request.trials;
         const auto condition = static_cast<std::size_t>(piece / request.trials);
@@ -256,7 +256,7 @@ Status run(Request request) {
         trial.phrase = request.say[static_cast<std::size_t>(number) % request.say.size()];
         trial.condition = conditions[condition].name;
         trial.folder = out / fmt::format("trial-{:03d}-{}", trial.number, trial.condition);
-        return try_once(request, settings[condition], std::move(trial), domain, began);
+        return try_once(request, settings[condition], std::move(trial), lane, began);
       },
       [&](const std::map<int, Trial>& trials) { return make_report(request, conditions, trials); },
       [](const Report& report) {

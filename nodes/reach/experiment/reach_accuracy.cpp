@@ -51,7 +51,7 @@ std::vector<Block> blocks(const Request& request) {
   return all;
 }
 
-Result<nlohmann::json> trials_of(const Request& request, const Block& block, int domain) {
+Result<nlohmann::json> trials_of(const Request& request, const Block& block, const Lane& lane) {
   const std::filesystem::path out = std::filesystem::absolute(
       std::filesystem::path(request.out) / fmt::format("{}-{}", block.controller.name, block.seed));
   const std::filesystem::path file = out / "trials.json";
@@ -61,7 +61,7 @@ Result<nlohmann::json> trials_of(const Request& request, const Block& block, int
         fmt::format("trials.trials={}", block.balls), "--set", fmt::format("trials.file={}", file.string()),
         "--set", fmt::format("reach.controller={}", block.controller.name)},
        out.string()},
-      domain);
+      lane);
   if (!ran) return ran.error();
   std::ifstream stream(file);
   auto json = nlohmann::json::parse(stream, nullptr, false);
@@ -155,16 +155,16 @@ Status run(const Request& request) {
   const InterruptFlag interrupt;
   ProgressBar progress("balls", 2L * request.trials);
   long balls = 0;
-  const Status failure =
-      side_by_side(static_cast<int>(all.size()), *domains, interrupt, [&](int piece, int domain) -> Status {
-        const Block& block = all[static_cast<std::size_t>(piece)];
-        auto trials = trials_of(request, block, domain);
-        if (!trials) return trials.error();
-        const std::scoped_lock lock(mutex);
-        done[static_cast<std::size_t>(piece)] = std::move(*trials);
-        progress.update(balls += block.balls, block.controller.title);
-        return report_now().save(request.out);
-      });
+  const Status failure = side_by_side(static_cast<int>(all.size()), *domains, interrupt,
+                                      [&](int piece, const Lane& lane) -> Status {
+                                        const Block& block = all[static_cast<std::size_t>(piece)];
+                                        auto trials = trials_of(request, block, lane);
+                                        if (!trials) return trials.error();
+                                        const std::scoped_lock lock(mutex);
+                                        done[static_cast<std::size_t>(piece)] = std::move(*trials);
+                                        progress.update(balls += block.balls, block.controller.title);
+                                        return report_now().save(request.out);
+                                      });
   return end_of_run(report_now(), request.out, balls == 0, interrupt.raised(), failure);
 }
 

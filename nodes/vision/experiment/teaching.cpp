@@ -23,7 +23,7 @@ struct Request : ExperimentRequest {
 // What came of each block of lessons, by its number.
 using Rows = std::map<int, std::vector<nlohmann::json>>;
 
-Result<std::vector<nlohmann::json>> teach(const Request& request, int block, int count, int domain) {
+Result<std::vector<nlohmann::json>> teach(const Request& request, int block, int count, const Lane& lane) {
   const auto out =
       std::filesystem::absolute(std::filesystem::path(request.out) / fmt::format("block-{:02d}", block));
   const Status done =
@@ -31,7 +31,7 @@ Result<std::vector<nlohmann::json>> teach(const Request& request, int block, int
                     {"--seed", std::to_string(request.seed + static_cast<std::uint64_t>(block)), "--rate",
                      "max", "--lockstep", "--set", fmt::format("teaching_trials.count={}", count)},
                     out.string()},
-                   domain);
+                   lane);
   if (!done) return done.error();
   const auto file = out / "run" / "teaching.json";
   std::ifstream stream(file);
@@ -94,8 +94,8 @@ Status run(const Request& request) {
   pieces.total = request.trials;
   return run_pieces<std::vector<nlohmann::json>>(
       pieces,
-      [&](int block, int domain) {
-        return teach(request, block, std::min(request.block, request.trials - block * request.block), domain);
+      [&](int block, const Lane& lane) {
+        return teach(request, block, std::min(request.block, request.trials - block * request.block), lane);
       },
       [&](const Rows& rows) { return make_report(request, rows); });
 }

@@ -26,13 +26,19 @@ struct AppRun {
   std::string result = {};
 };
 
-// Runs an app in `domain`, or does nothing if the same one was done in this folder before. Errors as of
-// run_app().
-Status run_app_once(const AppRun& run, int domain);
-// Does pieces 0 .. count - 1, one in each domain at a time, in threads: `work` gets the piece and its domain.
+// Where and while a piece is done.
+struct Lane {
+  int domain;                      // DDS domain that nothing else uses
+  const InterruptFlag& interrupt;  // once raised, what runs is to end
+};
+
+// Runs an app in the lane's domain, or does nothing if the same one was done in this folder before. Errors as
+// of run_app().
+Status run_app_once(const AppRun& run, const Lane& lane);
+// Does pieces 0 .. count - 1, one in each domain at a time, in threads: `work` gets the piece and its lane.
 // Begins no piece after an interruption or a failure; the first failure.
 Status side_by_side(int count, const std::vector<DomainLease>& domains, const InterruptFlag& interrupt,
-                    const std::function<Status(int piece, int domain)>& work);
+                    const std::function<Status(int piece, const Lane& lane)>& work);
 
 // Forgets that pieces were done, in this folder and below: the next experiment here starts anew. To be called
 // when an experiment is complete, or is to begin from nothing.
@@ -58,7 +64,8 @@ struct Pieces {
 // done, by their numbers, and `note` a word about it for the progress bar. The report is saved after every
 // piece. Ends as end_of_run().
 template <class PieceResult>
-Status run_pieces(const Pieces& pieces, const std::function<Result<PieceResult>(int piece, int domain)>& work,
+Status run_pieces(const Pieces& pieces,
+                  const std::function<Result<PieceResult>(int piece, const Lane& lane)>& work,
                   const std::function<Report(const std::map<int, PieceResult>&)>& report_of,
                   const std::function<std::string(const Report&)>& note = {}) {
   const auto started = std::chrono::steady_clock::now();
@@ -75,8 +82,8 @@ Status run_pieces(const Pieces& pieces, const std::function<Result<PieceResult>(
   const InterruptFlag interrupt;
   ProgressBar progress(pieces.what, pieces.total);
   const Status failure =
-      side_by_side(pieces.count, *domains, interrupt, [&](int piece, int domain) -> Status {
-        auto result = work(piece, domain);
+      side_by_side(pieces.count, *domains, interrupt, [&](int piece, const Lane& lane) -> Status {
+        auto result = work(piece, lane);
         if (!result) return result.error();
         const std::scoped_lock lock(mutex);
         results.emplace(piece, std::move(*result));

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "nido/interfaces/result.h"
+#include "nido/report/progress.h"
 
 namespace nido {
 
@@ -42,7 +43,8 @@ class LaunchedApp {
   std::optional<Status> ended_;
 };
 
-// Runs an app to its end.
-Status run_app(const std::string& app, const std::vector<std::string>& arguments, const std::string& log);
+// Runs an app to its end; an interruption ends it at once, with kInterrupted.
+Status run_app(const std::string& app, const std::vector<std::string>& arguments, const std::string& log,
+               const InterruptFlag& interrupt);
 
 }  // namespace nido
