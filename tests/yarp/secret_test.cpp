@@ -8,6 +8,7 @@
 
 #include "client.h"
 #include "host_fixture.h"
+#include "nido/yarp/devices.h"
 #include "nido/yarp/secret_handshake.h"
 
 namespace nido::yarp::test {
@@ -112,6 +113,58 @@ TEST_F(Secret, PortsWithOneSecretConnectToEachOther) {
   ASSERT_TRUE(connected.ok()) << connected.error().message;
   ports_.host().publish("/give", std::make_shared<const Content>(Bottle{Value::string("x")}), {});
   while (taken_ == 0) std::this_thread::yield();
+}
+
+// A robot that wants the secret, as devices of the family yarp see it.
+class SecretRobot : public Secret {
+ protected:
+  static Result<std::shared_ptr<Network>> network(int names_port, const std::string& secret) {
+    NetworkOptions options;
+    options.names_port = names_port;
+    options.secret = secret;
+    return Network::open(options);
+  }
+};
+
+TEST_F(SecretRobot, IsAskedCommandedAndReadByWhoKnowsIt) {
+  PortSpec give;
+  give.name = "/give";
+  give.gives = true;
+  ports_.open(std::move(give));
+  const auto net = network(ports_.names_port(), kSecret);
+  ASSERT_TRUE(net.ok()) << net.error().message;
+  const Result<Bottle> reply = (*net)->ask("/echo", {Value::string("x")});
+  ASSERT_TRUE(reply.ok()) << reply.error().message;
+  EXPECT_EQ(to_text(*reply), "[ok]");
+  const auto stream = (*net)->stream_to("/echo", "/commands");
+  ASSERT_TRUE(stream.ok()) << stream.error().message;
+  ASSERT_TRUE((*stream)->send({Value::string("y")}).ok());
+  while (taken_ < 2) std::this_thread::yield();
+  std::atomic<int> came = 0;
+  const auto taken = (*net)->subscribe("/give", "/readings", 1000, [&](const auto&, const auto&) { ++came; });
+  ASSERT_TRUE(taken.ok()) << taken.error().message;
+  while (came == 0) {
+    ports_.host().publish("/give", std::make_shared<const Content>(Bottle{Value::string("z")}), {});
+    std::this_thread::yield();
+  }
+}
+
+TEST_F(SecretRobot, SaysInASentenceWhyThereIsNone) {
+  const auto wrong = network(ports_.names_port(), "open barley 1234");
+  ASSERT_FALSE(wrong.ok());
+  EXPECT_NE(wrong.error().message.find("does not know the secret"), std::string::npos)
+      << wrong.error().message;
+  const auto none = network(ports_.names_port(), "");
+  ASSERT_FALSE(none.ok());
+  // a robot without a secret says nothing first
+  HostThread open_ports;
+  NetworkOptions options;
+  options.names_port = open_ports.names_port();
+  options.secret = kSecret;
+  options.timeout_s = 0.3;
+  const auto nobody = Network::open(options);
+  ASSERT_FALSE(nobody.ok());
+  EXPECT_NE(nobody.error().message.find("auth.conf"), std::string::npos) << nobody.error().message;
 }
 
 TEST(SecretFile, IsYarpsAndNobodyElseMayReadIt) {

@@ -31,6 +31,9 @@ void NameClient::connect() {
   if (!fd) return drop(fd.error().message);
   fd_ = std::move(*fd);
   connected_ = false;
+  proof_.clear();
+  handshake_.reset();
+  if (!secret_.empty()) handshake_.emplace(secret_, SecretHandshake::End::kConnects);
   const Status watched =
       loop_.watch(fd_.get(), true, true, [this](EventLoop::Happened what) { happened(what); });
   if (!watched) drop(watched.error().message);
@@ -49,6 +52,13 @@ void NameClient::happened(EventLoop::Happened what) {
   if (count < 0) return;
   last_progress_ = std::chrono::steady_clock::now();
   in_.append(bytes, static_cast<std::size_t>(count));
+  if (handshake_) {
+    if (const Status shown = handshake_->feed(in_, proof_); !shown) return drop(shown.error().message);
+    if (handshake_->is_done()) handshake_.reset();
+    flush();
+    if (!fd_.is_open()) return;
+  }
+  if (handshake_) return;
   for (std::size_t end = in_.find('\n'); end != std::string::npos; end = in_.find('\n')) {
     std::string line = in_.substr(0, end);
     in_.erase(0, end + 1);
@@ -67,16 +77,24 @@ void NameClient::happened(EventLoop::Happened what) {
     drop("the name server's answer does not end");
 }
 
-void NameClient::flush() {
-  while (!out_.empty()) {
-    const ssize_t count = send(fd_.get(), out_.data(), out_.size(), MSG_NOSIGNAL);
+bool NameClient::send_from(std::string& bytes) {
+  while (!bytes.empty()) {
+    const ssize_t count = send(fd_.get(), bytes.data(), bytes.size(), MSG_NOSIGNAL);
     if (count < 0) {
       if (errno == EAGAIN) break;
-      return drop("the name server closed the connection");
+      drop("the name server closed the connection");
+      return false;
     }
-    out_.erase(0, static_cast<std::size_t>(count));
+    bytes.erase(0, static_cast<std::size_t>(count));
   }
-  loop_.change(fd_.get(), true, !out_.empty());
+  return true;
+}
+
+void NameClient::flush() {
+  if (!send_from(proof_)) return;
+  // what is asked comes after the handshake
+  if (!handshake_ && proof_.empty() && !send_from(out_)) return;
+  loop_.change(fd_.get(), true, !proof_.empty() || (!handshake_ && !out_.empty()));
 }
 
 void NameClient::look_at_clock() {

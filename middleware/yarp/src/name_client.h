@@ -2,10 +2,12 @@
 
 #include <deque>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "nido/yarp/event_loop.h"
+#include "nido/yarp/secret_handshake.h"
 #include "sockets.h"
 
 namespace nido::yarp {
@@ -16,8 +18,9 @@ class NameClient {
   // The lines of an answer without the end mark, or why there is none.
   using Done = std::function<void(Result<std::vector<std::string>>)>;
 
-  NameClient(EventLoop& loop, std::string host, int port)
-      : loop_(loop), host_(std::move(host)), port_(port) {}
+  // `secret`: shown to the name server, which must know it too; empty: none.
+  NameClient(EventLoop& loop, std::string host, int port, std::string secret)
+      : loop_(loop), host_(std::move(host)), port_(port), secret_(std::move(secret)) {}
   ~NameClient() { drop("this program ends"); }
   NameClient(const NameClient&) = delete;
   NameClient& operator=(const NameClient&) = delete;
@@ -30,12 +33,17 @@ class NameClient {
   void connect();
   void happened(EventLoop::Happened what);
   void flush();
+  // Sends what it can of `bytes`; false when the connection has gone.
+  bool send_from(std::string& bytes);
   void drop(const std::string& reason);
 
   EventLoop& loop_;
   const std::string host_;
   const int port_;
+  const std::string secret_;
   Fd fd_;
+  std::optional<SecretHandshake> handshake_;  // while it goes on
+  std::string proof_;                         // of it, that is still to be sent
   bool connected_ = false;
   std::string out_;
   std::string in_;

@@ -15,6 +15,7 @@
 #include "nido/yarp/devices.h"
 #include "nido/yarp/names.h"
 #include "nido/yarp/port_host.h"
+#include "nido/yarp/secret_handshake.h"
 #include "remote_stamps.h"
 #include "sockets.h"
 
@@ -28,16 +29,12 @@ constexpr auto kRetry = std::chrono::milliseconds(500);  // between attempts to 
 // One connection on which questions are asked, blocking. Not thread-safe.
 class Asker {
  public:
-  Asker(Carrier carrier, double timeout_s) : carrier_(carrier), timeout_s_(timeout_s) {}
+  // `secret`: that both ends show each other first; empty: none.
+  Asker(Carrier carrier, double timeout_s, std::string secret)
+      : carrier_(carrier), timeout_s_(timeout_s), secret_(std::move(secret)) {}
 
   Status open(const std::string& host, int port, const std::string& name) {
-    deadline_ =
-        Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(timeout_s_));
-    Result<Fd> fd = connect_tcp(host, port);
-    if (!fd) return fd.error();
-    fd_ = std::move(*fd);
-    if (!wait(POLLOUT)) return no_answer();
-    if (Status outcome = connect_outcome(fd_.get()); !outcome) return outcome;
+    if (Status connected = connect(host, port); !connected) return connected;
     answers_ = AnswerReader(carrier_, 16 << 20);
     if (Status sent = send(greeting(carrier_, name)); !sent) return sent;
     for (;;) {
@@ -74,13 +71,7 @@ class Asker {
 
   // lines up to the end mark of a name server
   Result<std::vector<std::string>> ask_names(const std::string& host, int port, const std::string& request) {
-    deadline_ =
-        Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(timeout_s_));
-    Result<Fd> fd = connect_tcp(host, port);
-    if (!fd) return fd.error();
-    fd_ = std::move(*fd);
-    if (!wait(POLLOUT)) return no_answer();
-    if (Status outcome = connect_outcome(fd_.get()); !outcome) return outcome.error();
+    if (Status connected = connect(host, port); !connected) return connected.error();
     if (Status sent = send("NAME_SERVER " + request + "\n"); !sent) return sent.error();
     std::string text;
     std::vector<std::string> lines;
@@ -103,6 +94,35 @@ class Asker {
   }
 
  private:
+  // To the end of the handshake.
+  Status connect(const std::string& host, int port) {
+    deadline_ =
+        Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(timeout_s_));
+    Result<Fd> fd = connect_tcp(host, port);
+    if (!fd) return fd.error();
+    fd_ = std::move(*fd);
+    if (!wait(POLLOUT)) return no_answer();
+    if (Status outcome = connect_outcome(fd_.get()); !outcome) return outcome;
+    if (secret_.empty()) return {};
+    SecretHandshake handshake(secret_, SecretHandshake::End::kConnects);
+    std::string told;
+    while (!handshake.is_done()) {
+      // the far end says nothing more before it is greeted, so all of it is of the handshake
+      char bytes[256];
+      if (!wait(POLLIN)) {
+        return Error{ErrorCode::kTimeout, "the far side shows no secret: has it an auth.conf, too?"};
+      }
+      const ssize_t count = recv(fd_.get(), bytes, sizeof bytes, 0);
+      if (count <= 0) {
+        return Error{ErrorCode::kNotFound, "the far side closed the connection: is its secret another one?"};
+      }
+      told.append(bytes, static_cast<std::size_t>(count));
+      std::string proof;
+      if (Status shown = handshake.feed(told, proof); !shown) return shown;
+      if (Status sent = send(proof); !sent) return sent;
+    }
+    return {};
+  }
   static Error no_answer() { return {ErrorCode::kTimeout, "no answer in time"}; }
   bool wait(short events) {
     for (;;) {
@@ -137,6 +157,7 @@ class Asker {
 
   Carrier carrier_;
   double timeout_s_;
+  std::string secret_;
   Fd fd_;
   AnswerReader answers_{Carrier::kTcp};
   Clock::time_point deadline_;
@@ -161,7 +182,7 @@ class NetworkImpl final : public Network, public std::enable_shared_from_this<Ne
     auto loop = EventLoop::create();
     if (!loop) return loop.error();
     loop_ = std::move(*loop);
-    Asker names(Carrier::kTcp, options_.timeout_s);
+    Asker names(Carrier::kTcp, options_.timeout_s, options_.secret);
     const auto known = names.ask_names(options_.names_host, options_.names_port, "query /root");
     if (!known) {
       return Error{ErrorCode::kNotFound,
@@ -170,7 +191,8 @@ class NetworkImpl final : public Network, public std::enable_shared_from_this<Ne
     }
     PortHostOptions ports;
     ports.host = options_.own_host;
-    ports.network = !is_loopback(options_.own_host);
+    ports.secret = options_.secret;
+    ports.network = !is_loopback(options_.own_host) && options_.secret.empty();
     ports.names_host = options_.names_host;
     ports.names_port = options_.names_port;
     ports.names = PortHostOptions::Names::kRegister;
@@ -233,7 +255,7 @@ class NetworkImpl final : public Network, public std::enable_shared_from_this<Ne
     {
       const std::lock_guard lock(lines_mutex_);
       std::shared_ptr<Line>& known = lines_[remote];
-      if (!known) known = std::make_shared<Line>(options_.timeout_s);
+      if (!known) known = std::make_shared<Line>(options_);
       line = known;
     }
     const std::lock_guard lock(line->mutex);
@@ -261,7 +283,7 @@ class NetworkImpl final : public Network, public std::enable_shared_from_this<Ne
 
  private:
   struct Line {
-    explicit Line(double timeout_s) : asker(Carrier::kTcp, timeout_s) {}
+    explicit Line(const NetworkOptions& options) : asker(Carrier::kTcp, options.timeout_s, options.secret) {}
     std::mutex mutex;
     Asker asker;
   };
@@ -347,7 +369,7 @@ class NetworkImpl final : public Network, public std::enable_shared_from_this<Ne
   }
 
   Result<Contact> look_up(const std::string& name) const {
-    Asker names(Carrier::kTcp, options_.timeout_s);
+    Asker names(Carrier::kTcp, options_.timeout_s, options_.secret);
     const auto lines = names.ask_names(options_.names_host, options_.names_port, "query " + name);
     if (!lines) return lines.error();
     const std::optional<Contact> contact = lines->empty() ? std::nullopt : contact_from_line(lines->front());
@@ -380,7 +402,7 @@ class NetworkImpl final : public Network, public std::enable_shared_from_this<Ne
       made = [&]() -> Status {
         const Result<Contact> contact = look_up(wanted.remote);
         if (!contact) return contact.error();
-        Asker admin(Carrier::kTextAck, options_.timeout_s);
+        Asker admin(Carrier::kTextAck, options_.timeout_s, options_.secret);
         if (Status opened = admin.open(contact->host, contact->port, "admin"); !opened) return opened;
         const Result<Bottle> reply =
             admin.ask(admin_message(Carrier::kTextAck, fmt::format("[add] \"fast_tcp:/{}\"", wanted.local)));

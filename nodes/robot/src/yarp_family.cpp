@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include "nido/yarp/devices.h"
+#include "nido/yarp/secret_handshake.h"
 #include "src/device_registry.h"
 
 namespace nido {
@@ -16,6 +17,11 @@ Result<std::shared_ptr<yarp::Network>> network_of(const YAML::Node& parameters, 
   options.names_port = parameters["names_port"].as<int>();
   options.own_host = parameters["own_host"].as<std::string>();
   options.timeout_s = parameters["timeout_s"].as<double>();
+  if (const auto file = parameters["secret_file"].as<std::string>(); !file.empty()) {
+    Result<std::string> secret = yarp::read_secret((context.file.parent_path() / file).string());
+    if (!secret) return secret.error();
+    options.secret = std::move(*secret);
+  }
   Result<std::shared_ptr<yarp::Network>> network = yarp::Network::open(std::move(options));
   if (network) context.yarp_network = *network;
   return network;
@@ -41,6 +47,9 @@ Keys keys(Keys own) {
                .min = 1,
                .max = 65535},
               {.key = "own_host", .fallback = "127.0.0.1", .meaning = "this computer, as the robot sees it"},
+              {.key = "secret_file",
+               .fallback = "''",
+               .meaning = "the robot's auth.conf, seen from the robot file's folder"},
               {.key = "timeout_s",
                .kind = ValueKind::kNumber,
                .fallback = "5",

@@ -21,6 +21,8 @@ namespace nido::yarp {
 struct NetworkOptions {
   std::string names_host = "127.0.0.1";
   int names_port = 10'000;
+  // Shown to the name server and by both ends of every connection (secret_handshake.h); empty: none.
+  std::string secret{};
   // This computer's address, as the robot's computers see it. One that is not loopback opens our ports to the
   // robot's network; they take readings, no commands.
   std::string own_host = "127.0.0.1";
