@@ -5,6 +5,8 @@
 #include <thread>
 #include <vector>
 
+#include "../yarp/attacks.h"
+#include "../yarp/client.h"
 #include "browser.h"
 #include "tool.h"
 
@@ -99,6 +101,20 @@ TEST_F(Server, WhatIsNoRequestIsAnsweredAndClosed) {
     EXPECT_EQ(browser.got().find("HTTP/1.1 4"), 0U);
   }
   EXPECT_TRUE(serves());
+}
+
+// What breaks into a robot's ports does not get into this one either.
+TEST_F(Server, NonsenseOfAllKindsIsNoticedByNobodyElse) {
+  for (const yarp::test::Attack& attack : yarp::test::connections()) {
+    yarp::test::Client stranger(server_->port());
+    ASSERT_TRUE(stranger.connected()) << attack.what;
+    stranger.send(attack.bytes);
+    stranger.shut_down();
+    const std::string answer = stranger.until_end();
+    EXPECT_TRUE(answer.empty() || answer.starts_with("HTTP/1.1 4"))
+        << attack.what << ": " << answer.substr(0, 60);
+    ASSERT_TRUE(serves()) << attack.what;
+  }
 }
 
 TEST_F(Server, ARequestThatDoesNotEndIsGivenUp) {

@@ -4,6 +4,7 @@
 #include "gateway_link.h"
 #include "nido/textproto/task_text.h"
 #include "nido/wrappers/task_wrappers.h"
+#include "task_contracts.h"
 
 namespace nido::test {
 namespace {

@@ -10,22 +10,10 @@
 #include <limits>
 #include <memory>
 
-#include "nido/interfaces/task_control.h"
+#include "task_control_rig.h"
 
 namespace nido::test {
 
-// A hand and a gaze of one robot, and the means to let its time pass.
-class TaskRig {
- public:
-  virtual ~TaskRig() = default;
-  virtual ICartesianControl& hand() = 0;
-  virtual IGazeControl& gaze() = 0;
-  // Lets 10 ms of the robot's time pass.
-  virtual void advance() = 0;
-  // How near bodies with mass come to what is asked for.
-  virtual double tolerance_m() { return 0.002; }
-  virtual double tolerance_px() { return 3; }
-};
 using TaskRigFactory = std::function<std::unique_ptr<TaskRig>()>;
 
 class TaskContract : public testing::TestWithParam<TaskRigFactory> {
@@ -142,6 +130,47 @@ TEST_P(TaskContract, APixelIsLookedAt) {
   ASSERT_TRUE(eventually(0.5, [&] { return gaze().moving; }));
   ASSERT_TRUE(eventually(5.0, [&] { return !gaze().moving; }));
   EXPECT_GT(gaze().p_RootFixation_m.z(), height_m + 0.05) << "a pixel further up is higher";
+}
+
+TEST_P(TaskContract, TwoPixelsOfOnePointAreLookedAt) {
+  ASSERT_TRUE(rig_->gaze().look_at({-0.5, 0.0, 0.1}).ok());
+  ASSERT_TRUE(eventually(5.0, [&] { return !gaze().moving; }));
+  // up, and as far away as what both pictures show in their middle
+  const Eigen::Vector3d before_m = gaze().p_RootFixation_m;
+  ASSERT_TRUE(rig_->gaze().look_at_pixels({160, 60}, {160, 60}).ok());
+  ASSERT_TRUE(eventually(5.0, [&] { return !gaze().moving && gaze().error_px < rig_->tolerance_px(); }));
+  EXPECT_GT(gaze().p_RootFixation_m.z(), before_m.z() + 0.04);
+  EXPECT_NEAR(gaze().p_RootFixation_m.y(), before_m.y(), 0.02 * rig_->tolerance_px());
+  EXPECT_FALSE(rig_->gaze().look_at_pixels({60, 120}, {260, 120}).ok()) << "the lines part before the eyes";
+  EXPECT_FALSE(rig_->gaze().look_at_pixels({-1, 120}, {260, 120}).ok());
+}
+
+TEST_P(TaskContract, AnglesAreLookedBy) {
+  constexpr double kDegree = 3.14159265358979323846 / 180;
+  const double tolerance_rad = 0.2 * kDegree * rig_->tolerance_px();
+  const auto arrives = [&] {
+    return eventually(5.0, [&] { return !gaze().moving && gaze().error_px < rig_->tolerance_px(); });
+  };
+  const Eigen::Vector3d wanted_rad = Eigen::Vector3d(12, -15, 6) * kDegree;
+  ASSERT_TRUE(rig_->gaze().look_by_angles(false, wanted_rad).ok());
+  ASSERT_TRUE(arrives());
+  const Eigen::Vector3d angles_rad = gaze().angles_rad;
+  EXPECT_LT((angles_rad - wanted_rad).cwiseAbs().maxCoeff(), tolerance_rad) << angles_rad / kDegree;
+  EXPECT_GT(gaze().p_RootFixation_m.y(), 0.03) << "a positive azimuth is to the robot's right";
+  // from there a little further up
+  const double height_m = gaze().p_RootFixation_m.z();
+  ASSERT_TRUE(rig_->gaze().look_by_angles(true, Eigen::Vector3d(0, 8, 0) * kDegree).ok());
+  ASSERT_TRUE(arrives());
+  EXPECT_GT(gaze().p_RootFixation_m.z(), height_m + 0.02);
+  EXPECT_FALSE(rig_->gaze().look_by_angles(false, Eigen::Vector3d(170, 0, 5) * kDegree).ok());
+  EXPECT_FALSE(rig_->gaze().look_by_angles(false, {std::numeric_limits<double>::quiet_NaN(), 0.0, 0.1}).ok());
+  // the eyes are where the lines of sight come from
+  const GazeState now = gaze();
+  for (const Eigen::Isometry3d& X_RootEye : now.X_RootEyes) {
+    const Eigen::Vector3d p_EyeFixation_m = X_RootEye.inverse() * now.p_RootFixation_m;
+    EXPECT_LT(p_EyeFixation_m.head<2>().norm(), 0.02 * p_EyeFixation_m.norm());
+    EXPECT_GT(p_EyeFixation_m.z(), 0);
+  }
 }
 
 TEST_P(TaskContract, WhatCannotBeLookedAtIsRefused) {

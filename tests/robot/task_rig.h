@@ -9,7 +9,7 @@
 #include "rigs.h"
 #include "task/cartesian_arm.h"
 #include "task/head_gaze.h"
-#include "task_contracts.h"
+#include "task_control_rig.h"
 
 namespace nido::test {
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "nido/textproto/task_text.h"
+#include "task_contracts.h"
 #include "task_rig.h"
 
 namespace nido::test {

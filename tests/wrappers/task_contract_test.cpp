@@ -5,6 +5,7 @@
 #include "../robot/task_rig.h"
 #include "nido/wrappers/task_wrappers.h"
 #include "node_link.h"
+#include "task_contracts.h"
 
 namespace nido::test {
 namespace {

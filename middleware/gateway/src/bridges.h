@@ -39,6 +39,11 @@ Result<std::unique_ptr<Bridge>> bridge_input(BridgeContext& context, const PortD
 // A text service.
 Result<std::unique_ptr<Bridge>> bridge_service(BridgeContext& context, const std::string& name);
 
+// The ports of iCub's own controller before a service that is a hand or the gaze (docs/task_control.md); null
+// for any other. gaze_stem: of the gaze's ports; empty: none.
+Result<std::unique_ptr<Bridge>> bridge_task(BridgeContext& context, const std::string& service,
+                                            const std::string& gaze_stem);
+
 // What a camera tells of itself in camera_info:o, for those who ask at CAMERA/rpc.
 Result<std::unique_ptr<Bridge>> bridge_camera(BridgeContext& context, const PortDescription& port);
 

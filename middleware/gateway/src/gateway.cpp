@@ -34,6 +34,7 @@ class GatewayImpl final : public Gateway {
         "names are {} {}:{}",
         options.ports.names == yarp::PortHostOptions::Names::kServe ? "served on" : "registered at",
         options.ports.host, options.ports.names_port));
+    gaze_stem_ = options.gaze_stem;
     context_.emplace(BridgeContext{node_, *directory_, loop_, *ports_, workers_});
     loop_.every(kLook_s, [alive = alive_] {
       if (*alive != nullptr) (*alive)->look();
@@ -65,6 +66,11 @@ class GatewayImpl final : public Gateway {
         continue;
       }
       bridges_[name].push_back(std::move(*bridge));
+      if (port.direction == "service") {
+        Result<std::unique_ptr<Bridge>> task = bridge_task(*context_, name, gaze_stem_);
+        if (!task) node_.log_warning(fmt::format("{}: {}", name, task.error().message));
+        if (task && *task) bridges_[name].push_back(std::move(*task));
+      }
       if (port.type != "sensor_msgs/msg/CameraInfo" || port.direction != "output") continue;
       Result<std::unique_ptr<Bridge>> camera = bridge_camera(*context_, port);
       if (camera) bridges_[name].push_back(std::move(*camera));
@@ -77,6 +83,7 @@ class GatewayImpl final : public Gateway {
   std::unique_ptr<Directory> directory_;
   std::unique_ptr<yarp::PortHost> ports_;
   Workers workers_;
+  std::string gaze_stem_;
   std::optional<BridgeContext> context_;
   std::map<std::string, std::vector<std::unique_ptr<Bridge>>> bridges_;  // by nido's port
   std::set<std::string> hopeless_;
@@ -96,13 +103,14 @@ Result<GatewayOptions> gateway_options(Node& node) {
   const auto names_port = node.parameter<int>("names_port", options.ports.names_port);
   const auto names = node.parameter<std::string>("names", "auto");
   const auto secret_file = node.parameter<std::string>("secret_file", "");
+  const auto gaze_stem = node.parameter<std::string>("gaze_stem", options.gaze_stem);
   const auto first_port = node.parameter<int>("first_port", 0);
   const auto dialect = node.parameter<int>("dialect", 3);
   const auto connections = node.parameter<int>("connections", static_cast<int>(options.ports.connections));
   for (const auto* number : {&names_port, &first_port, &dialect, &connections}) {
     if (!*number) return number->error();
   }
-  for (const auto* word : {&host, &names, &secret_file}) {
+  for (const auto* word : {&host, &names, &secret_file, &gaze_stem}) {
     if (!*word) return word->error();
   }
   const auto wrong = [](std::string what) { return Error{ErrorCode::kInvalidArgument, std::move(what)}; };
@@ -120,6 +128,12 @@ Result<GatewayOptions> gateway_options(Node& node) {
     if (!secret) return secret.error();
     options.ports.secret = std::move(*secret);
   }
+  if (!gaze_stem->empty() &&
+      (gaze_stem->front() != '/' || gaze_stem->size() < 2 || gaze_stem->ends_with('/'))) {
+    return wrong(fmt::format("gaze_stem is '{}': the beginning of port names, as /iKinGazeCtrl, or nothing",
+                             *gaze_stem));
+  }
+  options.gaze_stem = *gaze_stem;
   options.ports.host = *host;
   options.ports.names_port = *names_port;
   options.ports.first_port = *first_port;

@@ -163,9 +163,21 @@ class AskedGaze final : public IGazeControl {
   Result<GazeState> state() const override {
     const Result<Values> words = answered(ask_, "get state");
     if (!words) return words.error();
-    const auto n = flat(*words, {0, 0, 3, 0});
+    const auto n = flat(*words, {0, 0, 3, 0, 3, 3, 6, 7, 7});
     if (!n) return strange();
-    return GazeState{std::llround((*n)[0] * 1e9), {(*n)[2], (*n)[3], (*n)[4]}, (*n)[1] != 0, (*n)[5]};
+    GazeState state{std::llround((*n)[0] * 1e9), {(*n)[2], (*n)[3], (*n)[4]}, (*n)[1] != 0, (*n)[5]};
+    for (Eigen::Index i = 0; i < 6; ++i) {
+      const auto at = static_cast<std::size_t>(i);
+      if (i < 3) state.angles_rad[i] = (*n)[6 + at] * kDegree_rad;
+      if (i < 3) state.torso_rad[i] = (*n)[9 + at] * kDegree_rad;
+      state.head_rad[i] = (*n)[12 + at] * kDegree_rad;
+    }
+    for (std::size_t eye = 0; eye < 2; ++eye) {
+      const Result<CartesianGoal> pose = goal_from(std::span(*n).subspan(18 + 7 * eye, 7));
+      if (!pose) return strange();
+      state.X_RootEyes[eye] = pose->X_RootPalm;
+    }
+    return state;
   }
   Status look_at(const Eigen::Vector3d& p_Root_m) override {
     if (!p_Root_m.allFinite()) return Error{ErrorCode::kInvalidArgument, "a point has finite numbers"};
@@ -180,11 +192,33 @@ class AskedGaze final : public IGazeControl {
                    fmt::format("look pixel {} {} {} {}", eye == 0 ? "left" : "right", format_number(px.x()),
                                format_number(px.y()), format_number(distance_m)));
   }
+  Status look_at_pixels(const Eigen::Vector2d& left_px, const Eigen::Vector2d& right_px) override {
+    if (!left_px.allFinite() || !right_px.allFinite()) {
+      return Error{ErrorCode::kInvalidArgument, "finite numbers are expected"};
+    }
+    return ordered(
+        ask_, fmt::format("look pixels {} {} {} {}", format_number(left_px.x()), format_number(left_px.y()),
+                          format_number(right_px.x()), format_number(right_px.y())));
+  }
+  Status look_by_angles(bool relative, const Eigen::Vector3d& angles_rad) override {
+    if (!angles_rad.allFinite()) return Error{ErrorCode::kInvalidArgument, "finite angles are expected"};
+    return ordered(ask_, fmt::format("look angles {} {} {} {}", relative ? "rel" : "abs",
+                                     format_number(angles_rad.x() / kDegree_rad),
+                                     format_number(angles_rad.y() / kDegree_rad),
+                                     format_number(angles_rad.z() / kDegree_rad)));
+  }
   Status stop() override { return ordered(ask_, "stop"); }
 
  private:
   AskLine ask_;
 };
+
+// angles in degrees
+template <class Angles>
+std::string degrees(const Angles& angles_rad) {
+  const Angles angles_deg = angles_rad / kDegree_rad;
+  return list({angles_deg.data(), static_cast<std::size_t>(angles_deg.size())});
+}
 
 }  // namespace
 
@@ -237,9 +271,23 @@ std::string gaze_reply(IGazeControl& gaze, const std::string& line) {
   if (is(0, "get") && is(1, "state") && words.size() == 2) {
     const Result<GazeState> state = gaze.state();
     if (!state) return fail(state.error().message);
-    return fmt::format("[is] state {} {} {} {} [ok]",
+    return fmt::format("[is] state {} {} {} {} {} {} {} {} {} [ok]",
                        format_number(static_cast<double>(state->stamp_ns) * 1e-9), state->moving ? 1 : 0,
-                       list({state->p_RootFixation_m.data(), 3}), format_number(state->error_px));
+                       list({state->p_RootFixation_m.data(), 3}), format_number(state->error_px),
+                       degrees(state->angles_rad), degrees(state->torso_rad), degrees(state->head_rad),
+                       list(pose_numbers(state->X_RootEyes[0])), list(pose_numbers(state->X_RootEyes[1])));
+  }
+  if (is(0, "look") && is(1, "pixels")) {
+    const std::vector<double> n = numbers_from(words, 2);
+    if (n.size() != 4 || words.size() != 6) return fail("look pixels UL VL UR VR, in pixels, is expected");
+    return outcome(gaze.look_at_pixels({n[0], n[1]}, {n[2], n[3]}));
+  }
+  if (is(0, "look") && is(1, "angles") && (is(2, "abs") || is(2, "rel"))) {
+    const std::vector<double> n = numbers_from(words, 3);
+    if (n.size() != 3 || words.size() != 6) {
+      return fail("look angles abs|rel AZIMUTH ELEVATION VERGENCE, in degrees, is expected");
+    }
+    return outcome(gaze.look_by_angles(is(2, "rel"), Eigen::Vector3d(n[0], n[1], n[2]) * kDegree_rad));
   }
   if (is(0, "look") && is(1, "at")) {
     const std::vector<double> n = numbers_from(words, 2);
@@ -253,7 +301,10 @@ std::string gaze_reply(IGazeControl& gaze, const std::string& line) {
     }
     return outcome(gaze.look_at_pixel(is(2, "left") ? 0 : 1, {n[0], n[1]}, n[2]));
   }
-  return fail("look at X Y Z, look pixel left|right U V DISTANCE, get state and stop are understood");
+  return fail(
+      "look at X Y Z, look pixel left|right U V DISTANCE, look pixels UL VL UR VR, look angles abs|rel "
+      "AZIMUTH "
+      "ELEVATION VERGENCE, get state and stop are understood");
 }
 
 std::unique_ptr<ICartesianControl> asked_cartesian(AskLine ask) {

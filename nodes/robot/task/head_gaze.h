@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -25,6 +26,8 @@ class HeadGaze final : public IGazeControl, public ISteppable {
   [[nodiscard]] Result<GazeState> state() const override;
   Status look_at(const Eigen::Vector3d& p_Root_m) override;
   Status look_at_pixel(int eye, const Eigen::Vector2d& px, double distance_m) override;
+  Status look_at_pixels(const Eigen::Vector2d& left_px, const Eigen::Vector2d& right_px) override;
+  Status look_by_angles(bool relative, const Eigen::Vector3d& angles_rad) override;
   Status stop() override;
   Status step_to(std::int64_t now_ns) override;
 
@@ -52,6 +55,9 @@ class HeadGaze final : public IGazeControl, public ISteppable {
         torso_(torso),
         clock_(clock) {}
   [[nodiscard]] Result<Posture> read() const;
+  // Optical frames, left and right.
+  [[nodiscard]] std::array<Eigen::Isometry3d, 2> X_RootEyes(const TorsoAngles& torso_rad,
+                                                            const HeadAngles& head_rad) const;
 
   const std::unique_ptr<RobotModel> model_;  // what the solver looks at
   const PinholeCamera camera_;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -55,6 +56,14 @@ struct GazeState {
   Eigen::Vector3d p_RootFixation_m = Eigen::Vector3d::Zero();  // where the lines of sight meet; far: 10 m
   bool moving = false;
   double error_px = 0;  // of the point asked for, from the image centre, in the worse eye; 0 before the first
+  // Azimuth (to the right), elevation (up) and vergence of the fixation point, rad, seen from the middle
+  // between the eyes of a robot that looks straight ahead, torso upright.
+  Eigen::Vector3d angles_rad = Eigen::Vector3d::Zero();
+  Eigen::Vector3d torso_rad = Eigen::Vector3d::Zero();  // joints, in the order of their board
+  Eigen::Matrix<double, 6, 1> head_rad = Eigen::Matrix<double, 6, 1>::Zero();
+  // Optical frames, left and right: z along the line of sight, x right and y down in the picture.
+  std::array<Eigen::Isometry3d, 2> X_RootEyes = {Eigen::Isometry3d::Identity(),
+                                                 Eigen::Isometry3d::Identity()};
 };
 
 class IGazeControl {
@@ -66,6 +75,12 @@ class IGazeControl {
   virtual Status look_at(const Eigen::Vector3d& p_Root_m) = 0;
   // Looks at what is seen at a pixel now, at a distance along its line of sight; eye 0 left, 1 right.
   virtual Status look_at_pixel(int eye, const Eigen::Vector2d& px, double distance_m) = 0;
+  // Looks at the point that one picture shows at one pixel and the other at the other: nearest to both lines.
+  // kInvalidArgument when the lines do not meet before the eyes.
+  virtual Status look_at_pixels(const Eigen::Vector2d& left_px, const Eigen::Vector2d& right_px) = 0;
+  // Looks in a direction: azimuth, elevation and vergence as in GazeState; relative: as seen from the middle
+  // between the eyes as they look now. A vergence below 1 degree is taken for 1 degree.
+  virtual Status look_by_angles(bool relative, const Eigen::Vector3d& angles_rad) = 0;
   // Head and eyes stay where they are.
   virtual Status stop() = 0;
 };

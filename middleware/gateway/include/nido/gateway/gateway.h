@@ -14,6 +14,9 @@ struct GatewayOptions {
   yarp::PortHostOptions ports;
   // "auto": serve names, or register if a name server has the number already
   bool register_if_taken = true;
+  // stem of the ports of iCub's gaze controller, which nido's gaze stands behind; empty: a real one will have
+  // them
+  std::string gaze_stem = "/iKinGazeCtrl";
 };
 
 // Shows every port of a nido system to YARP, as it comes and goes: outputs can be read, inputs written,
@@ -27,7 +30,7 @@ class Gateway {
 };
 
 // "host", "names_port", "names" (auto, serve, register), "first_port", "dialect" (3 or 4), "connections",
-// "secret_file".
+// "secret_file", "gaze_stem".
 Result<GatewayOptions> gateway_options(Node& node);
 
 }  // namespace nido::gateway

@@ -1,0 +1,253 @@
+// The ports of iCub's own controllers of hand and gaze, before nido's devices.
+#include <array>
+#include <map>
+#include <tuple>
+#include <utility>
+
+#include "bridges.h"
+#include "nido/gateway/icub_tasks.h"
+#include "nido/textproto/task_text.h"
+
+namespace nido::gateway {
+namespace {
+
+constexpr double kService_s = 3.0;
+constexpr double kPeriod_s = 0.02;  // of what the controllers publish
+constexpr std::string_view kRpc = "/rpc:i";
+
+// What both have: words that are worked on one after the other on a thread, and states that are published as
+// long as somebody reads them.
+class TaskBridge : public Bridge {
+ public:
+  TaskBridge(BridgeContext& context, std::string stem) : context_(context), stem_(std::move(stem)) {}
+
+ protected:
+  // For the destructor of what is made of this: nothing of it is called any more.
+  void close() {
+    *alive_ = nullptr;
+    for (const std::string& name : names_) context_.ports.close_port(name);
+    worker_.wait();
+  }
+  using Work = std::function<std::optional<yarp::Bottle>(const yarp::Bottle&)>;
+  Status open_input(const std::string& end, const std::string& about, Work work) {
+    yarp::PortSpec spec;
+    spec.name = stem_ + end;
+    spec.takes = true;
+    spec.about = about;
+    spec.on_message = [this, work = std::move(work)](yarp::Incoming incoming) {
+      worker_.add(
+          [this, work, incoming = std::move(incoming)]() mutable { take(work, std::move(incoming)); });
+    };
+    return open(std::move(spec));
+  }
+  Status open_output(const std::string& end, const std::string& about) {
+    yarp::PortSpec spec;
+    spec.name = stem_ + end;
+    spec.gives = true;
+    spec.about = about;
+    spec.on_readers = [this, end](std::size_t readers) { readers_[end] = readers; };
+    return open(std::move(spec));
+  }
+  // Calls tick() on the worker's thread, again and again, while somebody reads or it is said to go on.
+  void start() {
+    context_.loop.every(kPeriod_s, [alive = alive_] {
+      if (*alive != nullptr) (*alive)->turn();
+    });
+  }
+  virtual void tick() = 0;
+  void publish(const std::string& end, yarp::Bottle content, std::int64_t stamp_ns) {
+    const yarp::Stamp stamp{++count_ & 0x7fffffff, static_cast<double>(stamp_ns) * 1e-9};
+    context_.ports.publish(stem_ + end, std::make_shared<const yarp::Content>(std::move(content)),
+                           yarp::to_text(stamp));
+  }
+  // What clients are told when a motion begins and ends.
+  void publish_event(bool moving, std::int64_t stamp_ns) {
+    if (moving == std::exchange(was_moving_, moving)) return;
+    publish("/events:o",
+            {yarp::Value::string(moving ? "motion-onset" : "motion-done"),
+             yarp::Value::of(static_cast<double>(stamp_ns) * 1e-9)},
+            stamp_ns);
+  }
+  AskLine asker(const std::string& service) {
+    return [this, service](const std::string& line) { return context_.node.call(service, line, kService_s); };
+  }
+  void refuse(const std::string& end, const Status& status) {
+    if (!status) context_.node.log_warning(stem_ + end + ": " + status.error().message);
+  }
+  std::atomic<bool> goes_on_ = false;  // tick() is wanted though nobody reads
+
+ private:
+  Status open(yarp::PortSpec spec) {
+    const std::string name = spec.name;
+    Status opened = context_.ports.open_port(std::move(spec));
+    if (opened) names_.push_back(name);
+    return opened;
+  }
+  void take(const Work& work, yarp::Incoming incoming) {
+    Result<yarp::Bottle> words = yarp::Bottle{};
+    if (incoming.is_text) {
+      words = yarp::parse_bottle(incoming.bytes);
+    } else if (Result<yarp::Decoded> content = incoming.content(); content) {
+      words = std::move(content->bottle);
+    } else {
+      words = content.error();
+    }
+    if (!words) {
+      incoming.answer(yarp::Bottle{yarp::Value::word("nack"), yarp::Value::string(words.error().message)});
+      return;
+    }
+    incoming.answer(work(*words));
+  }
+  void turn() {
+    bool wanted = goes_on_;
+    for (const auto& [end, readers] : readers_) wanted = wanted || readers > 0;
+    if (!wanted || is_at_work_.exchange(true)) return;
+    worker_.add([this] {
+      tick();
+      is_at_work_ = false;
+    });
+  }
+
+  BridgeContext& context_;
+  const std::string stem_;
+  const std::shared_ptr<TaskBridge*> alive_ = std::make_shared<TaskBridge*>(this);
+  std::vector<std::string> names_;
+  std::map<std::string, std::size_t> readers_;  // of each output; the loop's
+  std::atomic<bool> is_at_work_ = false;
+  bool was_moving_ = false;
+  std::int64_t count_ = 0;
+  Worker worker_;
+};
+
+class CartesianBridge final : public TaskBridge {
+ public:
+  // /icubSim/cartesian/left_arm/rpc:i
+  CartesianBridge(BridgeContext& context, const std::string& robot, const std::string& part)
+      : TaskBridge(context, robot + "/cartesianController/" + part),
+        hand_(asked_cartesian(asker(robot + "/cartesian/" + part + std::string(kRpc)))),
+        words_(*hand_, part, [this, robot, part](int axis) { return limits_of(robot, part, axis); }) {}
+  ~CartesianBridge() override { close(); }
+
+  Status open() {
+    const auto answer = [this](const yarp::Bottle& words) { return std::optional(words_.reply(words)); };
+    const auto obey = [this](const yarp::Bottle& words) -> std::optional<yarp::Bottle> {
+      const yarp::Bottle told = words_.reply(words);
+      if (told.size() > 1 && told[0].is_word("nack"))
+        refuse("/command:i", Error{ErrorCode::kFailed, told[1].text});
+      return std::nullopt;
+    };
+    for (const Status& opened : {open_input("/rpc:i", "a hand, as cartesiancontrollerclient asks it", answer),
+                                 open_input("/command:i", "poses for a hand to go to", obey),
+                                 open_output("/state:o", "pose of the palm: x y z, axis, angle"),
+                                 open_output("/events:o", "motion-onset, motion-done")}) {
+      if (!opened) return opened;
+    }
+    start();
+    return {};
+  }
+
+ private:
+  void tick() override {
+    const Result<CartesianState> state = hand_->state();
+    if (!state) return;
+    publish("/state:o", CartesianWords::pose_vector(*state), state->stamp_ns);
+    publish_event(state->moving, state->stamp_ns);
+  }
+  // from the boards, in degrees: [is] llim MIN MAX ...
+  Result<std::pair<double, double>> limits_of(const std::string& robot, const std::string& part, int axis) {
+    const bool of_torso = axis < 3;
+    const std::string board = robot + "/" + (of_torso ? "torso" : part) + std::string(kRpc);
+    const Result<std::string> told =
+        asker(board)("get llim " + std::to_string(of_torso ? 2 - axis : axis - 3));
+    if (!told) return told.error();
+    const Result<yarp::Bottle> words = yarp::parse_bottle(*told);
+    if (!words || words->size() < 4 || !(*words)[2].is_number() || !(*words)[3].is_number()) {
+      return Error{ErrorCode::kFailed, board + " does not tell its limits"};
+    }
+    return std::pair((*words)[2].as_number(), (*words)[3].as_number());
+  }
+
+  const std::unique_ptr<ICartesianControl> hand_;
+  CartesianWords words_;  // the worker's
+};
+
+class GazeBridge final : public TaskBridge {
+ public:
+  GazeBridge(BridgeContext& context, const std::string& stem, const std::string& service)
+      : TaskBridge(context, stem), gaze_(asked_gaze(asker(service))), words_(*gaze_) {}
+  ~GazeBridge() override { close(); }
+
+  Status open() {
+    const auto answer = [this](const yarp::Bottle& words) {
+      auto reply = std::optional(words_.reply(words));
+      goes_on_ = words_.has_target();
+      return reply;
+    };
+    if (Status opened = open_input("/rpc", "the gaze, as gazecontrollerclient asks it", answer); !opened)
+      return opened;
+    using Order = Status (GazeWords::*)(const yarp::Bottle&);
+    const std::array<std::tuple<const char*, const char*, Order>, 4> orders = {{
+        {"/xd:i", "points to look at: X Y Z", &GazeWords::point},
+        {"/mono:i", "pixels to look at: left|right U V Z", &GazeWords::mono},
+        {"/stereo:i", "pixels to look at: UL VL UR VR", &GazeWords::stereo},
+        {"/angles:i", "directions to look: abs|rel AZIMUTH ELEVATION VERGENCE", &GazeWords::angles},
+    }};
+    for (const auto& [end, about, order] : orders) {
+      Status opened =
+          open_input(end, about, [this, name = std::string(end), what = order](const yarp::Bottle& words) {
+            refuse(name, (words_.*what)(words));
+            goes_on_ = words_.has_target();
+            return std::optional<yarp::Bottle>();
+          });
+      if (!opened) return opened;
+    }
+    for (const Status& opened : {open_output("/x:o", "where the eyes meet: x y z"),
+                                 open_output("/angles:o", "azimuth, elevation, vergence, degrees"),
+                                 open_output("/q:o", "joints of torso (pitch, roll, yaw) and head, degrees"),
+                                 open_output("/events:o", "motion-onset, motion-done")}) {
+      if (!opened) return opened;
+    }
+    start();
+    return {};
+  }
+
+ private:
+  void tick() override {
+    const Result<GazeState> state = gaze_->state();
+    if (!state) return;
+    refuse("/rpc", words_.follow(*state));
+    goes_on_ = words_.has_target();
+    publish("/x:o", GazeWords::fixation_vector(*state), state->stamp_ns);
+    publish("/angles:o", GazeWords::angles_vector(*state), state->stamp_ns);
+    publish("/q:o", GazeWords::joints_vector(*state), state->stamp_ns);
+    publish_event(state->moving, state->stamp_ns);
+  }
+
+  const std::unique_ptr<IGazeControl> gaze_;
+  GazeWords words_;  // the worker's
+};
+
+template <class Made>
+Result<std::unique_ptr<Bridge>> opened(std::unique_ptr<Made> bridge) {
+  if (Status status = bridge->open(); !status) return status.error();
+  return std::unique_ptr<Bridge>(std::move(bridge));
+}
+
+}  // namespace
+
+Result<std::unique_ptr<Bridge>> bridge_task(BridgeContext& context, const std::string& service,
+                                            const std::string& gaze_stem) {
+  constexpr std::string_view kCartesian = "/cartesian/";
+  constexpr std::string_view kGaze = "/gaze/rpc:i";
+  if (const std::size_t at = service.find(kCartesian); at != std::string::npos && service.ends_with(kRpc)) {
+    const std::size_t first = at + kCartesian.size();
+    return opened(std::make_unique<CartesianBridge>(
+        context, service.substr(0, at), service.substr(first, service.size() - kRpc.size() - first)));
+  }
+  if (service.ends_with(kGaze) && !gaze_stem.empty()) {
+    return opened(std::make_unique<GazeBridge>(context, gaze_stem, service));
+  }
+  return std::unique_ptr<Bridge>();
+}
+
+}  // namespace nido::gateway
