@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <pty.h>
 #include <sys/wait.h>
+#include <termios.h>
 #include <unistd.h>
 
 #include <array>
@@ -79,6 +80,12 @@ int Terminal::wait(std::chrono::seconds limit) {
   read_some();
   if (!has_ended_) return -1;
   return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+}
+
+bool Terminal::is_by_lines() const {
+  termios mode{};
+  tcgetattr(terminal_, &mode);
+  return (mode.c_lflag & ICANON) != 0 && (mode.c_lflag & ECHO) != 0;
 }
 
 std::vector<pid_t> Terminal::living() const {

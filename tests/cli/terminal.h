@@ -24,6 +24,8 @@ class Terminal {
   bool wait_for(const std::string& text, std::chrono::seconds limit = std::chrono::seconds(30));
   // Waits for the program's end: its exit code, or 128 + signal; -1 when it does not end.
   int wait(std::chrono::seconds limit = std::chrono::seconds(30));
+  // The terminal gives what is typed line by line, and shows it, as it does when nobody has changed that.
+  [[nodiscard]] bool is_by_lines() const;
   // Everything that it wrote.
   [[nodiscard]] const std::string& text() const { return text_; }
   [[nodiscard]] pid_t pid() const { return pid_; }
