@@ -220,9 +220,9 @@ bool LaneReader::receive_one(LaneSink& sink) {
       read.slot = header.slot;
       // without its file, for which there is no room in this process, a message is lost, and counted by the
       // next one; the output is told to pass the file along again
-      if (map_slot(header, file) && header.size <= slots_[header.slot].bytes) {
+      if (map_slot(header, file) && kSlotHead_bytes + header.size <= slots_[header.slot].bytes) {
         read.slot_bytes = header.slot_bytes;
-        sink.on_lane_frame(writer_, header, {slots_[header.slot].memory, header.size});
+        sink.on_lane_frame(writer_, header, {slots_[header.slot].memory + kSlotHead_bytes, header.size});
       }
       answer(read);
       return true;

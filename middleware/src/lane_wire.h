@@ -54,6 +54,13 @@ struct FrameHeader {
 // a message that fits into the buffers of sockets many times
 constexpr std::size_t kMostInline_bytes = 32768;
 
+// Where in its shared memory a large message begins. A message has a short head, then what makes it large;
+// that is then written somewhat before a page's end. Large blocks of memory that it is copied from begin
+// right behind a page's beginning, and a copy to a place that lies a little further in its page than the
+// source in its own is slow: the processor takes each read for one of what was just written (the lower twelve
+// bits of the address are the same).
+constexpr std::size_t kSlotHead_bytes = 3584;
+
 inline std::array<unsigned char, 16> pack(const Guid& guid) {
   std::array<unsigned char, 16> bytes{};
   std::memcpy(bytes.data(), guid.guidPrefix.value, 12);

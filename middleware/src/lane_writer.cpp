@@ -56,6 +56,9 @@ struct LaneWriter::Slot {
   std::size_t bytes = 0;
   std::uint32_t id = 0;
 
+  [[nodiscard]] std::span<std::uint8_t> payload() const {
+    return {memory + kSlotHead_bytes, bytes - kSlotHead_bytes};
+  }
   Slot() = default;
   Slot(const Slot&) = delete;
   Slot& operator=(const Slot&) = delete;
@@ -165,13 +168,13 @@ std::shared_ptr<LaneWriter::Slot> LaneWriter::free_slot(std::size_t bytes) {
     }
   }
   for (const auto& slot : slots_) {
-    if (slot.use_count() == 1 && slot->bytes >= bytes) {
+    if (slot.use_count() == 1 && slot->bytes >= kSlotHead_bytes + bytes) {
       return slot;
     }
   }
   auto slot = std::make_shared<Slot>();
   // few sizes, so that slots fit again when the messages' sizes vary
-  slot->bytes = std::bit_ceil(bytes);
+  slot->bytes = std::bit_ceil(kSlotHead_bytes + bytes);
   slot->id = ++last_slot_;
   slot->fd = Fd(memfd_create("nido-lane", MFD_CLOEXEC));
   if (!slot->fd.is_open() || ftruncate(slot->fd.get(), static_cast<off_t>(slot->bytes)) != 0) {
@@ -328,7 +331,7 @@ Sent LaneWriter::write(const void* message, const Related* related) {
       header.slot = frame->slot->id;
       header.slot_bytes = static_cast<std::uint32_t>(frame->slot->bytes);
       frame->bytes.resize(sizeof header);
-      place = frame->slot->memory;
+      place = frame->slot->payload().data();
     } else {
       frame->bytes.resize(sizeof header + room);
       place = frame->bytes.data() + sizeof header;
@@ -348,16 +351,16 @@ std::uint8_t* LaneWriter::loan(std::size_t bytes) {
   const std::lock_guard lock(mutex_);
   loan_.reset();
   loan_ = free_slot(std::max(bytes, kMostInline_bytes));
-  return loan_ ? loan_->memory : nullptr;
+  return loan_ ? loan_->payload().data() : nullptr;
 }
 
 std::span<const std::uint8_t> LaneWriter::loaned() const {
-  return loan_ ? std::span<const std::uint8_t>(loan_->memory, loan_->bytes) : std::span<const std::uint8_t>();
+  return loan_ ? loan_->payload() : std::span<std::uint8_t>();
 }
 
 Sent LaneWriter::write_loan(std::size_t bytes) {
   std::unique_lock lock(mutex_);
-  if (!loan_ || bytes > loan_->bytes) {
+  if (!loan_ || bytes > loan_->payload().size()) {
     return Sent::kFailed;
   }
   if (settings_.keep_all && !wait_for_room(lock)) {
@@ -384,7 +387,8 @@ void LaneWriter::each_kept(
   for (const FramePtr& frame : kept_) {
     FrameHeader header;
     std::memcpy(&header, frame->bytes.data(), sizeof header);
-    const std::uint8_t* const begin = frame->slot ? frame->slot->memory : frame->bytes.data() + sizeof header;
+    const std::uint8_t* const begin =
+        frame->slot ? frame->slot->payload().data() : frame->bytes.data() + sizeof header;
     use({begin, header.size}, header.sequence);
   }
 }

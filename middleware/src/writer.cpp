@@ -258,8 +258,9 @@ std::uint8_t* Writer::loan(std::size_t bytes) { return lane_->loan(bytes); }
 
 Sent Writer::write_loan(std::size_t bytes) {
   if (!listener_->has_far()) {
+    const Sent sent = lane_->write_loan(bytes);
     listener_->forget_by_dds();
-    return lane_->write_loan(bytes);
+    return sent;
   }
   // others get it the usual way
   void* const message = support_->createData();
