@@ -200,8 +200,12 @@ TEST_F(RobotProcess, ANodeThatIsNotHeardAnyMoreStopsTheRobot) {
            "[is] state running \"\" (" + name + ") [ok]";
   };
   const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(60);
-  while (!heard(*carer) && std::chrono::steady_clock::now() < end) std::this_thread::yield();
-  ASSERT_TRUE(heard(*carer));
+  while (!heard(*carer) && std::chrono::steady_clock::now() < end) {
+    // a computer that is so busy that the carer could not answer in time
+    if (required(carer->call("/icubSim/estop", "state", kPatience_s)).find("stopped") != std::string::npos)
+      required(carer->call("/icubSim/estop", "clear", kPatience_s));
+  }
+  ASSERT_LT(std::chrono::steady_clock::now(), end);
   NodeOptions options;
   options.name = name + "b";
   options.domain = kDomain;
@@ -213,6 +217,24 @@ TEST_F(RobotProcess, ANodeThatIsNotHeardAnyMoreStopsTheRobot) {
     state = required(other->call("/icubSim/estop", "state", kPatience_s));
   }
   EXPECT_NE(state.find("stopped \"no heartbeat of " + name + " for 3 s\""), std::string::npos) << state;
+}
+
+TEST_F(RobotProcess, APortThatIsNotWrittenAnyMoreStopsTheRobot) {
+  const auto node = observer();
+  const std::string port = "/" + node->options().name + "/command:o";
+  const auto output = required(node->open_output<msgs::JointCommand>(port, Profile::kCommand));
+  Process robot(command(write(careful_robot("  heartbeat: {from: [\"" + port + "\"], timeout_s: 1}\n"))));
+  ASSERT_TRUE(robot.started());
+  const auto state = [&] { return required(node->call("/icubSim/estop", "state", kPatience_s)); };
+  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+  while (state() != "[is] state running \"\" (" + port + ") [ok]" && std::chrono::steady_clock::now() < end) {
+    ASSERT_TRUE(output->write(msgs::JointCommand()).ok());
+    if (state().find("stopped") != std::string::npos)
+      required(node->call("/icubSim/estop", "clear", kPatience_s));
+  }
+  while (state().find("stopped") == std::string::npos && std::chrono::steady_clock::now() < end) {
+  }
+  EXPECT_NE(state().find("stopped \"no heartbeat of " + port + " for 1 s\""), std::string::npos) << state();
 }
 
 TEST_F(RobotProcess, LimitsAndBordersOfARobotFileAreKept) {

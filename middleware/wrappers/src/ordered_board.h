@@ -32,23 +32,6 @@ class OrderedBoard final : public LayeredBoard,
   Status apply_streamed(Time written, const std::string& mode, std::span<const int> joints,
                         std::span<const double> values);
 
-  [[nodiscard]] int axes() const override { return board_.axes(); }
-  [[nodiscard]] Result<std::string> axis_name(int joint) const override { return board_.axis_name(joint); }
-  [[nodiscard]] Result<JointReading> read_joints() const override { return board_.read_joints(); }
-  [[nodiscard]] Result<std::vector<JointLimits>> limits() const override { return board_.limits(); }
-  [[nodiscard]] Result<std::vector<ControlMode>> control_modes() const override {
-    return board_.control_modes();
-  }
-  [[nodiscard]] Result<std::vector<double>> target_positions() const override {
-    return board_.target_positions();
-  }
-  [[nodiscard]] Result<std::vector<double>> reference_speeds() const override {
-    return board_.reference_speeds();
-  }
-  [[nodiscard]] Result<std::vector<double>> reference_accelerations() const override {
-    return board_.reference_accelerations();
-  }
-  [[nodiscard]] Result<std::vector<bool>> motion_done() const override { return board_.motion_done(); }
   // these do not end a streamed command
   Status set_reference_speeds(std::span<const int> joints, std::span<const double> speed_rad_s) override {
     return board_.set_reference_speeds(joints, speed_rad_s);

@@ -277,26 +277,10 @@ void LimitedControlBoard::report(int joint, const std::string& what) const {
 }
 
 int LimitedControlBoard::axes() const { return static_cast<int>(widest_.size()); }
-Result<std::string> LimitedControlBoard::axis_name(int joint) const { return device_.axis_name(joint); }
-Result<JointReading> LimitedControlBoard::read_joints() const { return device_.read_joints(); }
 Result<std::vector<JointLimits>> LimitedControlBoard::limits() const {
   const std::lock_guard lock(mutex_);
   return limits_;
 }
-Result<std::vector<ControlMode>> LimitedControlBoard::control_modes() const {
-  return device_.control_modes();
-}
-Result<std::vector<double>> LimitedControlBoard::target_positions() const {
-  return device_.target_positions();
-}
-Result<std::vector<double>> LimitedControlBoard::reference_speeds() const {
-  return device_.reference_speeds();
-}
-Result<std::vector<double>> LimitedControlBoard::reference_accelerations() const {
-  return device_.reference_accelerations();
-}
-Result<std::vector<bool>> LimitedControlBoard::motion_done() const { return device_.motion_done(); }
-
 Status LimitedControlBoard::set_control_mode(std::span<const int> joints, ControlMode mode) {
   const std::lock_guard lock(mutex_);
   if (Status may = may_command(); !may) return may;

@@ -59,19 +59,12 @@ class LimitedControlBoard final : public LayeredBoard,
   Status step_to(std::int64_t now_ns) override;
 
   [[nodiscard]] int axes() const override;
-  [[nodiscard]] Result<std::string> axis_name(int joint) const override;
-  [[nodiscard]] Result<JointReading> read_joints() const override;
   [[nodiscard]] Result<std::vector<JointLimits>> limits() const override;
-  [[nodiscard]] Result<std::vector<ControlMode>> control_modes() const override;
   Status set_control_mode(std::span<const int> joints, ControlMode mode) override;
   Status move_to(std::span<const int> joints, std::span<const double> target_rad) override;
-  [[nodiscard]] Result<std::vector<double>> target_positions() const override;
   Status set_reference_speeds(std::span<const int> joints, std::span<const double> speed_rad_s) override;
-  [[nodiscard]] Result<std::vector<double>> reference_speeds() const override;
   Status set_reference_accelerations(std::span<const int> joints,
                                      std::span<const double> acceleration_rad_s2) override;
-  [[nodiscard]] Result<std::vector<double>> reference_accelerations() const override;
-  [[nodiscard]] Result<std::vector<bool>> motion_done() const override;
   Status stop(std::span<const int> joints) override;
   Status set_positions(std::span<const int> joints, std::span<const double> target_rad) override;
   Status set_velocities(std::span<const int> joints, std::span<const double> velocity_rad_s) override;

@@ -20,19 +20,24 @@ Result<std::unique_ptr<Heartbeat>> Heartbeat::listen(Node& node, std::shared_ptr
 }
 
 Heartbeat::~Heartbeat() {
-  ends_ = true;
+  {
+    const std::lock_guard lock(mutex_);
+    ends_ = true;
+  }
+  changed_.notify_all();
   if (thread_.joinable()) thread_.join();
 }
 
 void Heartbeat::run(double interval_s) {
   const auto interval = std::chrono::duration_cast<std::chrono::steady_clock::duration>(
       std::chrono::duration<double>(interval_s));
-  while (!ends_ && !node_.is_stop_asked()) {
+  while (!node_.is_stop_asked()) {
     const auto next = std::chrono::steady_clock::now() + interval;
     for (Source& source : sources_) {
       if (is_heard(source, interval_s)) safety_->beat(source.name);
     }
-    std::this_thread::sleep_until(next);
+    std::unique_lock lock(mutex_);
+    if (changed_.wait_until(lock, next, [this] { return ends_; })) return;
   }
 }
 

@@ -1,7 +1,8 @@
 #pragma once
 
-#include <atomic>
+#include <condition_variable>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <thread>
 #include <vector>
@@ -39,7 +40,9 @@ class Heartbeat {
   const std::shared_ptr<Safety> safety_;
   const std::unique_ptr<Directory> directory_;
   std::vector<Source> sources_;
-  std::atomic<bool> ends_ = false;
+  std::mutex mutex_;  // of ends_
+  std::condition_variable changed_;
+  bool ends_ = false;
   std::thread thread_;
 };
 

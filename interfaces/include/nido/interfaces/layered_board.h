@@ -4,9 +4,27 @@
 
 namespace nido {
 
-// A board around a board: hands on what it does not change itself.
+// A board around a board: hands on what it does not change itself. What moves joints is not handed on by
+// itself, so that no layer forgets it.
 class LayeredBoard : public IControlBoard {
  public:
+  [[nodiscard]] int axes() const override { return inner().axes(); }
+  [[nodiscard]] Result<std::string> axis_name(int joint) const override { return inner().axis_name(joint); }
+  [[nodiscard]] Result<JointReading> read_joints() const override { return inner().read_joints(); }
+  [[nodiscard]] Result<std::vector<JointLimits>> limits() const override { return inner().limits(); }
+  [[nodiscard]] Result<std::vector<ControlMode>> control_modes() const override {
+    return inner().control_modes();
+  }
+  [[nodiscard]] Result<std::vector<double>> target_positions() const override {
+    return inner().target_positions();
+  }
+  [[nodiscard]] Result<std::vector<double>> reference_speeds() const override {
+    return inner().reference_speeds();
+  }
+  [[nodiscard]] Result<std::vector<double>> reference_accelerations() const override {
+    return inner().reference_accelerations();
+  }
+  [[nodiscard]] Result<std::vector<bool>> motion_done() const override { return inner().motion_done(); }
   [[nodiscard]] Result<MotorReading> read_motors() const override { return inner().read_motors(); }
   [[nodiscard]] Result<std::vector<bool>> amplifiers_on() const override { return inner().amplifiers_on(); }
   [[nodiscard]] Result<std::vector<Pid>> pids(PidLoop loop) const override { return inner().pids(loop); }
