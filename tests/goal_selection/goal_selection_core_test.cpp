@@ -461,6 +461,16 @@ TEST_F(GoalSelectionCoreTest, StopKeepsWhatIsHeldAndTheNextPhraseGoesOnWithIt) {
   EXPECT_NEAR(body_.things["blue cube"].p.y(), body_.things["basket"].p.y(), 1e-6);
 }
 
+// What is said to the hand is the reach node's business.
+TEST_F(GoalSelectionCoreTest, ACorrectionOfAReachIsNoOrder) {
+  run("", 1.0);
+  const std::size_t before = story_.size();
+  hear("a bit left");
+  EXPECT_EQ(story_.size(), before) << story();
+  run("reach red ball");
+  EXPECT_TRUE(done_) << story();
+}
+
 TEST_F(GoalSelectionCoreTest, StopWhileIdleMovesNothing) {
   run("", 1.0);
   hear("stop");

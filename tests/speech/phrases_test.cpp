@@ -45,6 +45,18 @@ TEST(PhraseBook, NamesForThingsThatAreTaughtAreSentencesOfTheirOwn) {
   EXPECT_EQ(book.texts().size(), before + 1);
 }
 
+TEST(PhraseBook, CorrectionsOfAReachAreUnderstoodWhereTheyAreWanted) {
+  PhraseBook book = shipped();
+  const auto before = book.texts().size();
+  EXPECT_FALSE(book.corrects("a bit left"));
+  book.corrections = true;
+  EXPECT_TRUE(book.corrects("a bit left"));
+  EXPECT_TRUE(book.corrects("a bit closer"));
+  EXPECT_FALSE(book.corrects("a bit sideways"));
+  EXPECT_FALSE(book.find("a bit left"));  // not an order
+  EXPECT_EQ(book.texts().size(), before + kDirections.size());
+}
+
 TEST(Phrases, ShippedFileHoldsTheTwentyEightOfTheExperiment) {
   const PhraseBook book = shipped();
   EXPECT_EQ(book.phrases.size(), 28U);

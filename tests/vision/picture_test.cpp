@@ -4,9 +4,11 @@
 
 #include <cmath>
 #include <fstream>
+#include <random>
 #include <sstream>
 
 #include "nido/vision/head_history.h"
+#include "nido/vision/picture_filter.h"
 #include "nido/vision/templates.h"
 
 namespace nido::vision {
@@ -35,6 +37,32 @@ void draw(Image& image, Rgb colour, Inside inside) {
 
 std::vector<ColourModel> two_colours() {
   return {{"red", 0, 12, 0.4, 1, 0.2}, {"blue", 240, 12, 0.4, 1, 0.2}};
+}
+
+TEST(PictureFilter, GrainIsMeasuredAndSmoothed) {
+  std::mt19937_64 random(1);
+  for (const double levels : {0.0, 3.0, 6.0, 12.0}) {
+    std::normal_distribution<double> grain(0.0, std::max(levels, 1e-9));
+    Image image = plain(120, 80, {120, 60, 200});
+    draw(image, {40, 140, 90}, [](double x, double y) { return std::hypot(x - 60, y - 40) < 20; });
+    for (auto& value : image.rgb)
+      value = static_cast<std::uint8_t>(std::clamp(std::lround(value + grain(random)), 0L, 255L));
+    const double measured = noise_levels(image);
+    EXPECT_NEAR(measured, levels, 0.25 * levels + 0.5);
+    smooth(image);
+    EXPECT_LT(noise_levels(image), 0.5 * levels + 0.5);
+    // the disc is where it was
+    const auto at = [&](int x, int y) { return image.rgb[static_cast<std::size_t>((y * 120 + x) * 3 + 2)]; };
+    EXPECT_NEAR(at(60, 40), 90, 2 * levels + 1);
+    EXPECT_NEAR(at(10, 10), 200, 2 * levels + 1);
+  }
+}
+
+TEST(PictureFilter, DoesNotMindTinyPictures) {
+  Image image = plain(2, 2, {1, 2, 3});
+  smooth(image);
+  EXPECT_EQ(noise_levels(image), 0.0);
+  EXPECT_EQ(image.rgb[0], 1);
 }
 
 TEST(Colour, HueSaturationValueOfKnownColours) {

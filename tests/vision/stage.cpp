@@ -49,6 +49,7 @@ void Stage::render(sim::Eye eye, Image& picture) {
   sim::Camera camera;
   camera.X_WorldCamera = simulation_->X_WorldCamera(eye);
   simulation_->scene(scene_);
+  need_ok(renderer_.setLighting(scene_.light));
   need_ok(renderer_.setScene(scene_));
   need_ok(renderer_.render(camera, picture));
   picture.stamp_ns = simulation_->time_ns();

@@ -51,6 +51,7 @@ JudgeCore::JudgeCore(const PhraseBook& book, const JudgeSettings& settings)
     : book_(book), settings_(settings) {
   std::size_t phrases = 0;
   for (const auto& order : split_orders(settings.expected)) {
+    if (order.text.starts_with(kCorrection)) continue;  // said to the hand, no order
     said_.push_back(order.text);
     phrases += book_.interrupts(order.text) ? 0 : 1;
   }

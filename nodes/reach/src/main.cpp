@@ -11,6 +11,7 @@
 #include "nido/msgs/types.h"
 #include "nido/reach/babbling.h"
 #include "nido/reach/settings.h"
+#include "nido/speech/phrases.h"
 
 namespace {
 
@@ -54,6 +55,7 @@ struct Ports {
   std::unique_ptr<Input<msgs::ActionGoal>> goal;
   std::unique_ptr<Input<msgs::HandView>> hand;
   std::unique_ptr<Input<msgs::Percepts>> objects;
+  std::unique_ptr<Input<msgs::Heard>> heard;
   std::unique_ptr<Input<msgs::JointState>> arm;
   std::unique_ptr<Input<msgs::JointState>> torso;
   std::unique_ptr<Output<msgs::JointCommand>> command;
@@ -95,6 +97,7 @@ Result<Ports> open_ports(Node& node, bool babbles) {
     opened = open_in<msgs::ActionGoal>(node, "/reach/goal:i", Profile::kEvent, ports.goal);
   if (opened && !babbles)
     opened = open_in<msgs::Percepts>(node, "/reach/objects:i", Profile::kState, ports.objects);
+  if (opened && !babbles) opened = open_in<msgs::Heard>(node, "/reach/heard:i", Profile::kEvent, ports.heard);
   if (opened && babbles) {
     opened = open_out<msgs::StageEvent>(node, "/reach/outcome:o", Profile::kEvent, ports.outcome);
   }
@@ -130,6 +133,16 @@ std::optional<HandSighting> take_hand(Ports& ports, const std::string& side) {
   if (!view || !view->visible() || view->side() != side) return std::nullopt;
   return HandSighting{time_of(view->header()).seconds(), to_eigen(view->pose().position()),
                       view->confidence()};
+}
+
+// "a bit left": a person says how a reach should have been.
+std::optional<std::string> take_correction(Ports& ports) {
+  std::optional<std::string> direction;
+  while (const auto heard = ports.heard->take()) {
+    if (heard->accepted() && heard->text().starts_with(kCorrection))
+      direction = heard->text().substr(std::string_view(kCorrection).size());
+  }
+  return direction;
 }
 
 Status send(Ports& ports, Time now, const Joints& q) {
@@ -170,6 +183,11 @@ Status act(Node& node, const SettingsPaths& paths, const std::string& side, cons
           goal->yaw()};
       node.log_info(goal->action() + " " + goal->object());
       go_home = false;
+    } else if (auto correction = take_correction(*ports); correction && last.state != ActionState::kRunning) {
+      node.log_info(std::string(kCorrection) + *correction);
+      input.goal.emplace();  // nobody asked by a number, so nobody waits for an answer
+      input.goal->action = "correct";
+      input.goal->object = *correction;
     } else if (go_home && input.measured_rad) {
       input.goal.emplace();
       input.goal->action = "home";

@@ -213,7 +213,22 @@ Status run(Node& node) {
   for (const std::string& name : *names) {
     if (const Status added = add_name(**core, name, *book); !added) return added;
   }
-  if (!names->empty()) {
+  const auto corrections =
+      node.parameter<bool>("corrections", false, {.about = "\"a bit left\" and the like are understood"});
+  if (!corrections) return corrections.error();
+  if (*corrections) {
+    std::vector<std::string> unknown;
+    for (const char* const direction : kDirections) {
+      for (const std::string& word : split_words(std::string(kCorrection) + direction)) {
+        if (!book->pronunciations.contains(word)) unknown.push_back(word);
+      }
+    }
+    const auto sounds = (*core)->pronunciations(unknown);
+    if (!sounds) return sounds.error();
+    book->pronunciations.insert(sounds->begin(), sounds->end());
+    book->corrections = true;
+  }
+  if (!names->empty() || *corrections) {
     if (const Status taken = (*core)->set_book(*book); !taken) return taken;
   }
 

@@ -142,7 +142,16 @@ std::vector<std::string> PhraseBook::texts() const {
   for (const auto& phrase : phrases) all.push_back(phrase.text);
   all.insert(all.end(), interruptions.begin(), interruptions.end());
   for (const auto& name : names) all.push_back(kNaming + name);
+  if (corrections) {
+    for (const char* const direction : kDirections) all.push_back(std::string(kCorrection) + direction);
+  }
   return all;
+}
+
+bool PhraseBook::corrects(const std::string& text) const {
+  return corrections && std::any_of(kDirections.begin(), kDirections.end(), [&](const char* direction) {
+           return text == std::string(kCorrection) + direction;
+         });
 }
 
 bool PhraseBook::names_a_thing(const std::string& text) const {

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "nido/vision/picture_filter.h"
+
 namespace nido::vision {
 
 Result<std::unique_ptr<VisionCore>> VisionCore::create(const RobotModel& model, const TemplateSet& templates,
@@ -48,6 +50,10 @@ void VisionCore::look(Time stamp, VisionOutputs& out) {
   input.stamp = stamp;
   input.eyes = eyes_at(stamp);
   for (std::size_t e = 0; e < 2; ++e) {
+    // grain would tear patches of colour apart and make some out of nothing
+    const double noise = noise_levels(images_[e]);
+    if (noise > settings_.noisy_levels) smooth(images_[e]);
+    if (noise > 2 * settings_.noisy_levels) smooth(images_[e]);
     input.images[e] = &images_[e];
     input.blobs[e] = &finders_[e].find(images_[e]);
   }

@@ -35,6 +35,10 @@ struct Phrase {
 
 // "this is a banana": what a person says who shows the robot a thing.
 inline constexpr const char* kNaming = "this is a ";
+// "a bit left": what a person says whom a reach does not please, and the directions that the hand knows.
+inline constexpr const char* kCorrection = "a bit ";
+inline constexpr std::array<const char*, 7> kDirections = {"left", "right",   "up",    "down",
+                                                           "back", "forward", "closer"};
 
 // All that the robot understands. Read from config/phrases.yaml; a plain value.
 struct PhraseBook {
@@ -42,6 +46,7 @@ struct PhraseBook {
   std::vector<Phrase> phrases;
   std::vector<std::string> interruptions;  // texts that end whatever it does: "stop"
   std::vector<std::string> names;  // that things can be taught under, in sentences of kNaming: "banana"
+  bool corrections = false;        // sentences of kCorrection are understood, with every one of kDirections
   // Words of other people's speech, which the acoustic model is adapted with, too (training/).
   std::vector<std::string> other_words;
   std::map<std::string, std::vector<std::string>> pronunciations;  // word -> ARPAbet phones, at least one
@@ -54,7 +59,9 @@ struct PhraseBook {
   [[nodiscard]] bool interrupts(const std::string& text) const;
   // A sentence that names a thing with one of `names`.
   [[nodiscard]] bool names_a_thing(const std::string& text) const;
-  // Every text that can be said: phrases, interruptions, sentences that name things.
+  // A sentence that corrects a reach, where these are understood.
+  [[nodiscard]] bool corrects(const std::string& text) const;
+  // Every text that can be said: phrases, interruptions, sentences that name things or correct.
   [[nodiscard]] std::vector<std::string> texts() const;
   // Adds a phrase about a new or a known object. Refused with kInvalidArgument, changing nothing, if the text
   // is there already, a word has no pronunciation, or the object is known with another colour or shape.

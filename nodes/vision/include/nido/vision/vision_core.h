@@ -23,6 +23,7 @@ struct VisionSettings {
   GazeSettings gaze;
   double period_s = 0.01;        // between steps
   int min_blob_px = 12;          // smaller patches of colour are not looked at
+  double noisy_levels = 2.0;     // pictures with more noise are smoothed, with twice as much twice
   double fast_head_rad_s = 1.2;  // beyond this no new thing is believed
 };
 
