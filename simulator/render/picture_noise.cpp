@@ -9,6 +9,14 @@ namespace {
 
 constexpr int kChannels = 3;
 
+// A number that has nothing to do with its neighbours' (splitmix64).
+std::uint64_t mixed(std::uint64_t value) {
+  value += 0x9e3779b97f4a7c15ULL;
+  value = (value ^ value >> 30) * 0xbf58476d1ce4e5b9ULL;
+  value = (value ^ value >> 27) * 0x94d049bb133111ebULL;
+  return value ^ value >> 31;
+}
+
 // Weights of a bell curve, normalised over both sides.
 std::vector<float> makeKernel(double sigma_px) {
   if (sigma_px <= 0) return {};
@@ -56,9 +64,7 @@ Result<PictureNoise> PictureNoise::create(const NoiseOptions& options) {
 }
 
 PictureNoise::PictureNoise(const NoiseOptions& options)
-    : options_(options),
-      state_((options.seed + 1) * 0x9e3779b97f4a7c15ULL | 1U),
-      kernel_(makeKernel(options.blur_px)) {}
+    : options_(options), kernel_(makeKernel(options.blur_px)) {}
 
 void PictureNoise::blur(Image& picture) {
   const std::ptrdiff_t row_bytes = static_cast<std::ptrdiff_t>(picture.width) * kChannels;
@@ -73,19 +79,20 @@ void PictureNoise::blur(Image& picture) {
   }
 }
 
-void PictureNoise::apply(Image& picture) {
+void PictureNoise::apply(Image& picture, std::uint64_t moment) {
   if (!kernel_.empty() && !picture.rgb.empty()) blur(picture);
   if (options_.noise_levels <= 0) return;
   // the sum of four random bytes is close to a bell curve of mean 510 and this deviation
   const double deviation = std::sqrt(4 * (256.0 * 256.0 - 1) / 12);
   const auto scale = static_cast<std::int32_t>(std::lround(options_.noise_levels / deviation * 65536));
+  std::uint64_t state = mixed(mixed(options_.seed) + moment) | 1U;  // never 0
   std::uint64_t random = 0;
   for (std::size_t i = 0; i < picture.rgb.size(); ++i) {
     if (i % 2 == 0) {  // xorshift64*
-      state_ ^= state_ >> 12;
-      state_ ^= state_ << 25;
-      state_ ^= state_ >> 27;
-      random = state_ * 0x2545f4914f6cdd1dULL;
+      state ^= state >> 12;
+      state ^= state << 25;
+      state ^= state >> 27;
+      random = state * 0x2545f4914f6cdd1dULL;
     } else {
       random >>= 32;
     }

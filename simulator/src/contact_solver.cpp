@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <limits>
 
 #include "ode_library.h"
@@ -87,28 +88,27 @@ void ContactSolver::gather_objects(const std::vector<dBodyID>& objects, double s
     const Eigen::Matrix3d R = body_pose(body).linear();
     const Eigen::Matrix3d inertia = R * inertia_Body * R.transpose();
     free.moves = true;
-    free.inverse_mass = 1 / mass.mass;
-    free.inverse_inertia = inertia.inverse();
+    free.root_mass = std::sqrt(mass.mass);
+    const Eigen::Matrix3d L = inertia.llt().matrixL();
+    free.inverse_root_inertia = L.triangularView<Eigen::Lower>().solve(Eigen::Matrix3d::Identity());
     free.p = to_eigen(dBodyGetPosition(body));
     const Eigen::Vector3d v =
         to_eigen(dBodyGetLinearVel(body)) +
-        step_s * (to_eigen(dBodyGetForce(body)) * free.inverse_mass + Eigen::Vector3d(0, 0, -kGravity_m_s2));
+        step_s * (to_eigen(dBodyGetForce(body)) / mass.mass + Eigen::Vector3d(0, 0, -kGravity_m_s2));
     Eigen::Vector3d w = to_eigen(dBodyGetAngularVel(body));
     free.v_before = to_eigen(dBodyGetLinearVel(body));
     free.w_before = w;
     // one implicit Newton step of Euler's equation: explicit ones feed a spin with energy
-    const Eigen::Vector3d L = inertia * w;
+    const Eigen::Vector3d spin = inertia * w;
     const auto cross = [](const Eigen::Vector3d& u) {
       Eigen::Matrix3d m;
       m << 0, -u.z(), u.y(), u.z(), 0, -u.x(), -u.y(), u.x(), 0;
       return m;
     };
-    w += (inertia + step_s * (cross(w) * inertia - cross(L))).inverse() *
-         (step_s * (to_eigen(dBodyGetTorque(body)) - w.cross(L)));
-    for (int k = 0; k < 3; ++k) {
-      free.v[k] = v[k];
-      free.v[3 + k] = w[k];
-    }
+    w += (inertia + step_s * (cross(w) * inertia - cross(spin))).inverse() *
+         (step_s * (to_eigen(dBodyGetTorque(body)) - w.cross(spin)));
+    Eigen::Map<Eigen::Vector3d>(&free.u[0]) = free.root_mass * v;
+    Eigen::Map<Eigen::Vector3d>(&free.u[3]) = L.transpose() * w;
     dBodySetForce(body, 0, 0, 0);
     dBodySetTorque(body, 0, 0, 0);
   }
@@ -132,9 +132,10 @@ void ContactSolver::add_stops(const RobotBody& robot, double step_s) {
       const auto path = tree.path(i);
       paths_.insert(paths_.end(), path.begin(), path.end());
       group.length = group.tail = path.size();
+      set_width(group);
       group.directions = directions_.size();
-      directions_.resize(directions_.size() + path.size(), 0.0);
-      directions_.back() = sign;
+      directions_.resize(group.directions + group.width, 0.0);
+      directions_[group.directions + group.length - 1] = sign;
       group.row = rows_.size();
       group.rows = 1;
       Row row{};
@@ -152,7 +153,7 @@ ContactSolver::Row& ContactSolver::add_row(const RobotTree& tree, Group& group,
   const Eigen::Vector3d& p = group.p_World_m;
   // the robot's hinges
   const std::size_t first = directions_.size();
-  directions_.resize(first + group.length, 0.0);
+  directions_.resize(first + group.width, 0.0);
   const auto along = [&](std::size_t k, double sign) {
     const auto link = static_cast<std::size_t>(paths_[group.path + k]);
     const Eigen::Vector3d lever = p - tree.p_WorldLink_m(link);
@@ -167,24 +168,20 @@ ContactSolver::Row& ContactSolver::add_row(const RobotTree& tree, Group& group,
     for (std::size_t k = group.tail; k < group.length; ++k) along(k, -1);
   }
   // free objects
-  Row row{};
-  const auto side = [&](int object, double sign, double* j, double* push) {
+  std::size_t at = first + padded(group.length);
+  const auto side = [&](int object, double sign) {
     if (object < 0) return;
     const Free& free = free_[static_cast<std::size_t>(object)];
-    const Eigen::Vector3d linear =
-        turning ? Eigen::Vector3d(Eigen::Vector3d::Zero()) : Eigen::Vector3d(sign * direction);
-    const Eigen::Vector3d angular =
-        turning ? Eigen::Vector3d(sign * direction) : Eigen::Vector3d(sign * (p - free.p).cross(direction));
-    const Eigen::Vector3d turn = free.inverse_inertia * angular;
-    for (int k = 0; k < 3; ++k) {
-      j[k] = linear[k];
-      j[3 + k] = angular[k];
-      push[k] = free.inverse_mass * linear[k];
-      push[3 + k] = turn[k];
-    }
+    Eigen::Map<Eigen::Vector3d> linear(&directions_[at]);
+    Eigen::Map<Eigen::Vector3d> angular(&directions_[at + 3]);
+    if (!turning) linear = sign / free.root_mass * direction;
+    angular = free.inverse_root_inertia * (turning ? Eigen::Vector3d(sign * direction)
+                                                   : Eigen::Vector3d(sign * (p - free.p).cross(direction)));
+    at += 6;
   };
-  side(group.object_a, 1, row.a, row.push_a);
-  side(group.object_b, -1, row.b, row.push_b);
+  side(group.object_a, 1);
+  side(group.object_b, -1);
+  Row row{};
   rows_.push_back(row);
   ++group.rows;
   return rows_.back();
@@ -226,6 +223,7 @@ void ContactSolver::add_contact(const RobotTree& tree, Contact& contact, double 
     contact.torque_World_Nm.setZero();
     return;
   }
+  set_width(group);
   group.directions = directions_.size();
   group.row = rows_.size();
 
@@ -275,16 +273,17 @@ void ContactSolver::add_contact(const RobotTree& tree, Contact& contact, double 
   groups_.push_back(group);
 }
 
+void ContactSolver::set_width(Group& group) {
+  group.width = padded(group.length) + (group.object_a >= 0 ? 6U : 0U) + (group.object_b >= 0 ? 6U : 0U);
+}
+
 void ContactSolver::begin_with_impulses(const Group& group) {
-  for (std::size_t r = group.row; r < group.row + group.rows; ++r) {
-    const Row& row = rows_[r];
-    for (int k = 0; k < 6; ++k) {
-      if (group.object_a >= 0)
-        free_[static_cast<std::size_t>(group.object_a)].v[k] += row.push_a[k] * row.impulse;
-      if (group.object_b >= 0)
-        free_[static_cast<std::size_t>(group.object_b)].v[k] += row.push_b[k] * row.impulse;
+  for_objects(group, [&](double* u, std::size_t at) {
+    for (std::size_t r = 0; r < group.rows; ++r) {
+      const double* z = &directions_[group.directions + r * group.width + at];
+      for (std::size_t k = 0; k < 6; ++k) u[k] += z[k] * rows_[group.row + r].impulse;
     }
-  }
+  });
 }
 
 void ContactSolver::add_tie(const RobotTree& tree, Tie& tie, double step_s) {
@@ -298,6 +297,7 @@ void ContactSolver::add_tie(const RobotTree& tree, Tie& tie, double step_s) {
   group.object_b = moving(tie.object_b);
   if (group.object_a < 0 && group.object_b < 0) return;
   group.path = paths_.size();
+  set_width(group);
   group.directions = directions_.size();
   group.row = rows_.size();
   const auto hold = [&](const Eigen::Vector3d& direction, bool turning, double gap) {
@@ -315,63 +315,74 @@ void ContactSolver::add_tie(const RobotTree& tree, Tie& tie, double step_s) {
 }
 
 void ContactSolver::couple(RobotTree& tree) {
-  rows_of_robot_ = directions_;
+  coupled_ = directions_;
   std::vector<double>& y = tree.y();
+  std::size_t widest = 0;
   for (const Group& group : groups_) {
+    widest = std::max(widest, group.width);
     const std::span<const int> path(&paths_[group.path], group.length);
-    for (std::size_t r = 0; r < group.rows; ++r) {
-      Row& row = rows_[group.row + r];
-      double weight = row.give;
-      if (group.length > 0) {
-        double* z = &rows_of_robot_[group.directions + r * group.length];
-        if (group.tail == group.length) {
-          tree.half_solve(path, z);
-        } else {
-          tree.half_solve(path, group.tail, group.shared, z);
-        }
-        for (std::size_t k = 0; k < group.length; ++k) {
-          weight += z[k] * z[k];
-          // what the step before or an earlier pass found still acts
-          y[static_cast<std::size_t>(path[k])] += z[k] * row.impulse;
-        }
+    double* const first = &coupled_[group.directions];
+    for (std::size_t r = 0; r < group.rows && group.length > 0; ++r) {
+      double* z = first + r * group.width;
+      if (group.tail == group.length) {
+        tree.half_solve(path, z);
+      } else {
+        tree.half_solve(path, group.tail, group.shared, z);
       }
-      for (int k = 0; k < 6; ++k) weight += row.a[k] * row.push_a[k] + row.b[k] * row.push_b[k];
-      row.inverse = weight > 0 ? 1 / weight : 0;
+      // what the step before or an earlier pass found still acts
+      const double impulse = rows_[group.row + r].impulse;
+      for (std::size_t k = 0; k < group.length; ++k) y[static_cast<std::size_t>(path[k])] += z[k] * impulse;
     }
+    with_rows(group.rows, [&]<std::size_t kRows>() {
+      for (std::size_t r = 0; r < kRows; ++r) {
+        Row& row = rows_[group.row + r];
+        multiply<kRows>(first, group.width, first + r * group.width, row.others);
+        row.weight = row.others[r] + row.give;
+        row.inverse = row.weight > 0 ? 1 / row.weight : 0;
+      }
+    });
   }
+  near_.resize(widest);
 }
 
-double ContactSolver::relax(RobotTree& tree, Group& group) {
-  std::array<double, 64> near{};
-  std::array<double, 6> still{};
-  double* y = tree.y().data();
+double ContactSolver::relax(RobotTree& tree, const Group& group) {
+  double* const y = tree.y().data();
+  double* const near = near_.data();
   const int* path = paths_.data() + group.path;
-  const std::size_t length = std::min(group.length, near.size());
-  for (std::size_t k = 0; k < length; ++k) near[k] = y[path[k]];
-  double* va = group.object_a >= 0 ? free_[static_cast<std::size_t>(group.object_a)].v : still.data();
-  double* vb = group.object_b >= 0 ? free_[static_cast<std::size_t>(group.object_b)].v : still.data();
+  // two at once, as the kernels read them: what is written one by one cannot be read as two without waiting
+  for (std::size_t k = 0; k < group.length; k += 2) {
+    const Lanes two = {y[path[k]], k + 1 < group.length ? y[path[k + 1]] : 0};
+    std::memcpy(near + k, &two, sizeof two);
+  }
+  for_objects(group, [near](const double* u, std::size_t at) {
+    for (std::size_t k = 0; k < 6; k += 2) std::memcpy(near + at + k, u + k, sizeof(Lanes));
+  });
   double largest = 0;
   Row* const rows = &rows_[group.row];
-  for (std::size_t r = 0; r < group.rows; ++r) {
-    Row& row = rows[r];
-    const double* z = rows_of_robot_.data() + group.directions + r * group.length;
-    double speed = row.give * row.impulse;
-    for (std::size_t k = 0; k < length; ++k) speed += z[k] * near[k];
-    for (int k = 0; k < 6; ++k) speed += row.a[k] * va[k] + row.b[k] * vb[k];
-    const double most = row.share < 0 ? std::numeric_limits<double>::infinity() : row.share * rows[0].impulse;
-    const double least = row.share == kPushes ? 0 : -most;
-    const double next = std::clamp(row.impulse + (row.target - speed) * row.inverse, least, most);
-    const double change = next - row.impulse;
-    if (change == 0) continue;
-    row.impulse = next;
-    for (std::size_t k = 0; k < length; ++k) near[k] += change * z[k];
-    for (int k = 0; k < 6; ++k) {
-      va[k] += change * row.push_a[k];
-      vb[k] += change * row.push_b[k];
+  const double* const z = coupled_.data() + group.directions;
+  with_rows(group.rows, [&]<std::size_t kRows>() {
+    std::array<double, kRows> speed;
+    std::array<double, kRows> change;
+    multiply<kRows>(z, group.width, near, speed.data());
+    for (std::size_t r = 0; r < kRows; ++r) {
+      Row& row = rows[r];
+      const double most =
+          row.share < 0 ? std::numeric_limits<double>::infinity() : row.share * rows[0].impulse;
+      const double least = row.share == kPushes ? 0 : -most;
+      const double wanted = row.impulse + (row.target - speed[r] - row.give * row.impulse) * row.inverse;
+      const double next = std::clamp(wanted, least, most);
+      change[r] = next - row.impulse;
+      row.impulse = next;
+      for (std::size_t q = r + 1; q < kRows; ++q) speed[q] += row.others[q] * change[r];
+      largest = std::max(largest, std::abs(change[r] * row.weight));
     }
-    largest = std::max(largest, std::abs(change / row.inverse));
-  }
-  for (std::size_t k = 0; k < length; ++k) y[path[k]] = near[k];
+    if (largest > 0) add_rows<kRows>(z, group.width, change.data(), near);
+  });
+  if (largest == 0) return 0;
+  for (std::size_t k = 0; k < group.length; ++k) y[path[k]] = near[k];
+  for_objects(group, [near](double* u, std::size_t at) {
+    for (std::size_t k = 0; k < 6; k += 2) std::memcpy(u + k, near + at + k, sizeof(Lanes));
+  });
   return largest;
 }
 
@@ -418,10 +429,12 @@ void ContactSolver::move_objects(const std::vector<dBodyID>& objects, double ste
     const Free& free = free_[i];
     if (!free.moves) continue;
     dBodyID body = objects[i];
-    dBodySetLinearVel(body, free.v[0], free.v[1], free.v[2]);
-    dBodySetAngularVel(body, free.v[3], free.v[4], free.v[5]);
-    const Eigen::Vector3d p = free.p + step_s * Eigen::Vector3d(free.v[0], free.v[1], free.v[2]);
-    const Eigen::Vector3d w(free.v[3], free.v[4], free.v[5]);
+    const Eigen::Vector3d v = Eigen::Map<const Eigen::Vector3d>(&free.u[0]) / free.root_mass;
+    const Eigen::Vector3d w =
+        free.inverse_root_inertia.transpose() * Eigen::Map<const Eigen::Vector3d>(&free.u[3]);
+    dBodySetLinearVel(body, v.x(), v.y(), v.z());
+    dBodySetAngularVel(body, w.x(), w.y(), w.z());
+    const Eigen::Vector3d p = free.p + step_s * v;
     const double turn = w.norm() * step_s;
     Eigen::Quaterniond q = body_orientation(body);
     if (turn > 0) q = Eigen::Quaterniond(Eigen::AngleAxisd(turn, w.normalized())) * q;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "robot_body.h"
+#include "row_kernels.h"
 
 namespace nido::sim {
 
@@ -67,25 +68,27 @@ class ContactSolver {
             std::vector<Tie>& ties, double step_s, int iterations);
 
  private:
-  // What a free object is during a step.
+  // What a free object is during a step. Its speeds are kept as a robot's are, times the root of what is
+  // moved: u = sqrt(m) v and u = L^T w, where the inertia is L L^T. So one row tells both how an impulse
+  // changes them and what it feels of them.
   struct Free {
-    double inverse_mass = 0;
-    Eigen::Matrix3d inverse_inertia = Eigen::Matrix3d::Zero();
+    double root_mass = 0;
+    Eigen::Matrix3d inverse_root_inertia = Eigen::Matrix3d::Zero();  // L^-1
     Eigen::Vector3d p = Eigen::Vector3d::Zero();
-    double v[6] = {};  // linear, angular; forces of the step included
+    double u[6] = {};  // linear, angular; forces of the step included
     Eigen::Vector3d v_before = Eigen::Vector3d::Zero();
     Eigen::Vector3d w_before = Eigen::Vector3d::Zero();
     bool moves = false;
   };
   struct Row {
-    double a[6], b[6];            // directions of the objects
-    double push_a[6], push_b[6];  // what a unit impulse changes in their speeds
-    double target = 0;            // speed
-    double give = 0;              // cfm by step
-    double inverse = 0;           // of effective inverse mass and give
+    double target = 0;  // speed
+    double give = 0;    // cfm by step
+    double weight = 0;  // effective inverse mass and give
+    double inverse = 0;
     // how far the impulse may go, as a share of the first row's; kPushes: 0 to infinity, kHolds: anything
     double share = 0;
     double impulse = 0;
+    double others[kMostRowsOfGroup] = {};  // what a unit impulse changes in the speed of the group's rows
   };
   // Rows of one contact or stop; they share their links and objects.
   struct Group {
@@ -94,7 +97,10 @@ class ContactSolver {
     std::size_t tail =
         0;  // where the second link's path begins, and how many hinges it shares with the first
     std::size_t shared = 0;
-    std::size_t directions = 0;  // first in directions_ and rows_of_robot_: length numbers for every row
+    // first in directions_ and coupled_: for every row `width` numbers, those of the hinges, of the objects
+    // (six each), and zeros to fill up
+    std::size_t directions = 0;
+    std::size_t width = 0;
     std::size_t row = 0;
     std::size_t rows = 0;
     int object_a = -1;
@@ -112,6 +118,17 @@ class ContactSolver {
   void add_stops(const RobotBody& robot, double step_s);
   void add_contact(const RobotTree& tree, Contact& contact, double step_s);
   void add_tie(const RobotTree& tree, Tie& tie, double step_s);
+  // Calls what(numbers of the object, its place in the rows) for both objects of a group that move.
+  template <typename What>
+  void for_objects(const Group& group, What&& what) {
+    std::size_t at = padded(group.length);
+    for (const int object : {group.object_a, group.object_b}) {
+      if (object < 0) continue;
+      what(free_[static_cast<std::size_t>(object)].u, at);
+      at += 6;
+    }
+  }
+  static void set_width(Group& group);
   // What the rows of a group began with acts on its objects.
   void begin_with_impulses(const Group& group);
   // A row about a line (linear) or an axis (angular) of the group.
@@ -119,7 +136,7 @@ class ContactSolver {
   void couple(RobotTree& tree);
   void iterate(RobotTree& tree, int iterations);
   // Returns the largest change of speed.
-  double relax(RobotTree& tree, Group& group);
+  double relax(RobotTree& tree, const Group& group);
   void read_forces(double step_s);
   void move_objects(const std::vector<dBodyID>& objects, double step_s);
 
@@ -127,8 +144,9 @@ class ContactSolver {
   std::vector<Group> groups_;
   std::vector<Row> rows_;
   std::vector<int> paths_;
-  std::vector<double> directions_;     // J at the hinges
-  std::vector<double> rows_of_robot_;  // z
+  std::vector<double> directions_;  // J at the hinges, what the rows are at the objects
+  std::vector<double> coupled_;     // z
+  std::vector<double> near_;        // the speeds that a group acts on
   std::vector<std::size_t> awake_limbs_;
 };
 

@@ -172,7 +172,7 @@ bool Contacts::collide(dGeomID geom_a, dGeomID geom_b, const Side& a, const Side
     }
     load(contact, a.robot_geom);
     solved_.push_back(contact);
-    touching_.push_back({a.owner, b.owner, a.robot_geom, b.robot_geom, normal, p, geometry.depth, 0});
+    touching_.push_back({a.owner, b.owner, a.robot_geom, b.robot_geom, p, geometry.depth, 0});
     any = true;
   }
   return any;
@@ -368,6 +368,7 @@ void Contacts::begin_self_collision() {
       const RobotGeom& a = robot_geoms_[r];
       const RobotGeom& b = robot_geoms_[s];
       if (a.link == b.link || apart(a.link, b.link) <= 2) continue;
+      if (a.hand >= 0 && a.hand == b.hand) continue;
       dContactGeom found;
       if (dCollide(a.geom, b.geom, 1, &found, sizeof found) > 0) continue;
       self_pairs_.emplace_back(static_cast<int>(r), static_cast<int>(s));
@@ -469,9 +470,10 @@ void Contacts::restore(const State& state) {
   grips_ = state.grips;
   former_loads_ = state.loads;
   loads_restored_ = true;
+  touching_ = state.touching;
 }
 
-Contacts::State Contacts::save() const { return {touch_, skin_fault_, grips_, loads()}; }
+Contacts::State Contacts::save() const { return {touch_, skin_fault_, grips_, loads(), touching_}; }
 
 void Contacts::forget() {
   touching_.clear();

@@ -22,8 +22,8 @@ namespace nido::sim {
 class Contacts {
  public:
   Contacts(RobotBody& robot, const ControlBlock& block);
-  // From now on the robot touches itself, but for pairs of shapes that belong to the same link or to links
-  // within two hinges of each other, and those that overlap in the posture in which it is now.
+  // From now on the robot touches itself, but for pairs of shapes of one link, of links within two hinges of
+  // each other, or of one hand, and pairs that overlap in the posture in which it is now.
   void begin_self_collision();
   ~Contacts();
   Contacts(const Contacts&) = delete;
@@ -49,6 +49,9 @@ class Contacts {
   [[nodiscard]] SkinFault skin_fault(std::size_t hand, std::size_t pad) const {
     return skin_fault_[hand][pad];
   }
+  // The robot's shapes that touch, each on one of its links.
+  [[nodiscard]] std::size_t robot_shape_count() const { return robot_geoms_.size(); }
+  [[nodiscard]] std::size_t link_of_shape(std::size_t shape) const { return robot_geoms_[shape].link; }
   // Pairs that touch at the end of the last step.
   [[nodiscard]] std::vector<ContactPair> pairs(const Objects& objects) const;
   [[nodiscard]] HoldQuery hold(std::size_t object, const Objects& objects) const;
@@ -77,12 +80,29 @@ class Contacts {
     Eigen::Vector3d torque_World_Nm = Eigen::Vector3d::Zero();
   };
 
+  // Who touches whom at a point.
+  enum class OwnerKind { kFloor, kLink, kObject };
+  struct Owner {
+    OwnerKind kind = OwnerKind::kFloor;
+    std::size_t index = 0;  // link or object
+  };
+  struct Touching {
+    Owner a;
+    Owner b;
+    int robot_geom = -1;    // the robot's shape when a is a link
+    int robot_geom_b = -1;  // and when b is one
+    Eigen::Vector3d p_World_m = Eigen::Vector3d::Zero();
+    double depth_m = 0;
+    double force_N = 0;
+  };
+
   using SkinFaults = std::array<std::array<SkinFault, kPadCount>, 2>;
   struct State {
     std::array<HandTouch, 2> touch;
     SkinFaults skin_fault{};
     std::vector<Grip> grips;
     std::vector<Load> loads;
+    std::vector<Touching> touching;
   };
   [[nodiscard]] State save() const;
   void restore(const State& state);
@@ -90,11 +110,6 @@ class Contacts {
   void forget();
 
  private:
-  enum class OwnerKind { kFloor, kLink, kObject };
-  struct Owner {
-    OwnerKind kind = OwnerKind::kFloor;
-    std::size_t index = 0;  // link or object
-  };
   struct RobotGeom {
     dGeomID geom = nullptr;
     std::size_t link = 0;
@@ -106,17 +121,6 @@ class Contacts {
     std::array<dGeomID, 3> spheres{};  // capsules: both ends and the middle, for what ODE's capsule cannot do
     std::array<dReal, 6> aabb{};
   };
-  struct Touching {
-    Owner a;
-    Owner b;
-    int robot_geom = -1;    // index into robot_geoms_ when a is a link
-    int robot_geom_b = -1;  // and when b is one
-    Eigen::Vector3d normal_World;
-    Eigen::Vector3d p_World_m;
-    double depth_m = 0;
-    double force_N = 0;
-  };
-
   // Two sides of a possible contact.
   struct Side {
     Owner owner;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <tuple>
 
 namespace nido::sim {
 namespace {
@@ -396,6 +397,59 @@ void Drives::begin_period(double period_s, const RobotBody& robot) {
   steps_ = 0;
 }
 
+void Drives::set_fault(int part, int joint, JointFault fault) {
+  AxisState& state = axes_[axis_index(part, joint)];
+  state.fault = fault;
+  state.held_rad = state.measured.position_rad;
+}
+
+std::pair<double, double> Drives::motion_of(std::size_t axis, const RobotBody& robot) const {
+  double position = 0;
+  double velocity = 0;
+  for (const auto& [link, factor] : inverse_[axis]) {
+    position += factor * (robot.angle_rad(link) - hinges_[link].offset_rad);
+    velocity += factor * robot.velocity_rad_s(link);
+  }
+  return {position, velocity};
+}
+
+bool Drives::shares_a_fault(const Hinge& hinge) const {
+  return std::any_of(hinge.axes.begin(), hinge.axes.end(), [&](const auto& share) {
+    return axes_[share.first].fault != axes_[hinge.axes.front().first].fault;
+  });
+}
+
+// A servo's torque is proportional to how much speed is missing, so every joint of the hinge has its part of
+// it; a faulty one asks for no more than it can.
+void Drives::drive_shared(std::size_t link, double fraction, RobotBody& robot) {
+  const Hinge& hinge = hinges_[link];
+  const double give_way_rad_s = hinge.gain_1_s * kServoGive_rad;  // missing with all torque
+  double speed = robot.velocity_rad_s(link);
+  for (const auto& [a, multiplier] : hinge.axes) {
+    const AxisState& state = axes_[a];
+    if (state.fault == JointFault::kOff) continue;
+    const auto [position, velocity] = motion_of(a, robot);
+    double missing = -velocity;
+    if (state.fault == JointFault::kStuck) {
+      missing += hinge.gain_1_s * (state.held_rad - position);
+    } else if (is_servo(state.measured.mode) || state.at_limit) {
+      const double now =
+          state.previous_reference_rad + fraction * (state.reference_rad - state.previous_reference_rad);
+      missing += state.reference_velocity_rad_s + hinge.gain_1_s * (now - position);
+    } else if (state.measured.mode == JointMode::kTorque) {
+      missing = (multiplier < 0 ? -1 : 1) * state.measured.target / hinge.max_torque_Nm * give_way_rad_s;
+    } else {
+      missing = state.measured.mode == JointMode::kPwm ? state.measured.target * give_way_rad_s : 0;
+    }
+    if (state.fault == JointFault::kWeak)
+      missing = std::clamp(missing, -kWeakShare * give_way_rad_s, kWeakShare * give_way_rad_s);
+    speed += multiplier * missing;
+  }
+  const double left = std::max(hinge.max_torque_Nm - std::abs(gravity_Nm_[link]), 0.1 * hinge.max_torque_Nm);
+  robot.tree().set_motor(
+      link, {std::clamp(speed, -hinge.max_velocity_rad_s, hinge.max_velocity_rad_s), left, give_way_rad_s});
+}
+
 // the end stops of hinges are soft and know nothing of coupled joints: at the limit of a joint the servo
 // takes over until the command leads back
 void Drives::watch_limits(const RobotBody& robot) {
@@ -404,12 +458,7 @@ void Drives::watch_limits(const RobotBody& robot) {
     AxisState& state = axes_[a];
     state.at_limit = false;
     if (is_servo(state.measured.mode)) continue;
-    double position = 0;
-    double velocity = 0;
-    for (const auto& [link, factor] : inverse_[a]) {
-      position += factor * (robot.angle_rad(link) - hinges_[link].offset_rad);
-      velocity += factor * robot.velocity_rad_s(link);
-    }
+    const auto [position, velocity] = motion_of(a, robot);
     const JointInfo& info = axis_info_[a].info;
     const double push = state.measured.target;
     const double ahead = position + velocity * kLookAhead_s;
@@ -430,6 +479,10 @@ void Drives::drive(double fraction, RobotBody& robot) {
   for (std::size_t i = 1; i < hinges_.size(); ++i) {
     const Hinge& hinge = hinges_[i];
     if (!hinge.axes.empty()) robot.tree().set_top_speed(i, hinge.top_speed_rad_s);
+    if (shares_a_fault(hinge)) {
+      drive_shared(i, fraction, robot);
+      continue;
+    }
     double reference = hinge.offset_rad;
     double feedforward = 0;
     double torque = 0;
@@ -502,7 +555,7 @@ bool Drives::still(std::size_t link, const RobotBody& robot) const {
   for (const auto& [a, multiplier] : hinge.axes) {
     const AxisState& state = axes_[a];
     if (!is_servo(state.measured.mode) || state.reference_rad != state.previous_reference_rad ||
-        state.fault == JointFault::kOff)
+        state.fault == JointFault::kOff || shares_a_fault(hinge))
       return false;
     reference += multiplier * state.reference_rad;
   }
@@ -528,12 +581,7 @@ void Drives::measure(const RobotBody& robot) {
   }
   for (std::size_t a = 0; a < axes_.size(); ++a) {
     JointState& state = axes_[a].measured;
-    state.position_rad = 0;
-    state.velocity_rad_s = 0;
-    for (const auto& [link, factor] : inverse_[a]) {
-      state.position_rad += factor * (robot.angle_rad(link) - hinges_[link].offset_rad);
-      state.velocity_rad_s += factor * robot.velocity_rad_s(link);
-    }
+    std::tie(state.position_rad, state.velocity_rad_s) = motion_of(a, robot);
     state.torque_Nm = 0;
     for (const Share& share : axis_info_[a].shares) {
       const double torque = (share.multiplier < 0 ? -1 : 1) * hinge_torque_Nm_[share.link];

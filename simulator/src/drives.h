@@ -26,6 +26,7 @@ struct AxisState {
   double reference_velocity_rad_s = 0;
   double previous_reference_rad = 0;  // at the beginning of this control period
   JointFault fault = JointFault::kNone;
+  double held_rad = 0;    // where it stands when stuck
   bool at_limit = false;  // a mode without servo pushed it out of its range: the servo keeps it at the limit
   Trajectory trajectory;
 };
@@ -45,8 +46,8 @@ class Drives {
   Status set_reference_speed(int part, int joint, double speed_rad_s);
   Status set_servo_gain(int part, int joint, double gain_1_s);
   Status stop(int part, int joint);
-  // Until the next reset. Part and joint exist.
-  void set_fault(int part, int joint, JointFault fault) { axes_[axis_index(part, joint)].fault = fault; }
+  // Until the next reset. Part and joint exist. Of joints that share hinges only this one is faulty.
+  void set_fault(int part, int joint, JointFault fault);
   [[nodiscard]] JointFault fault(int part, int joint) const { return axes_[axis_index(part, joint)].fault; }
   Status place(int part, std::span<const double> position_rad, RobotBody& robot);
   // Other angles for home; refused beyond the limits.
@@ -105,6 +106,11 @@ class Drives {
   [[nodiscard]] std::vector<double> hinge_angles(const std::vector<double>& axis_rad) const;
   void advance_reference(std::size_t axis, double period_s);
   void watch_limits(const RobotBody& robot);
+  // Position and velocity of a joint, read off its hinges as they are now.
+  [[nodiscard]] std::pair<double, double> motion_of(std::size_t axis, const RobotBody& robot) const;
+  // Some of the joints that share the hinge are faulty.
+  [[nodiscard]] bool shares_a_fault(const Hinge& hinge) const;
+  void drive_shared(std::size_t link, double fraction, RobotBody& robot);
   void start_trajectory(std::size_t axis, double goal_rad);
   // the servos of hinges, from those of their joints
   void set_hinge_gains();

@@ -10,8 +10,6 @@
 namespace nido::sim {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-
 Eigen::Matrix3d diagonal(double x, double y, double z) { return Eigen::Vector3d(x, y, z).asDiagonal(); }
 
 // second moments of a closed mesh by signed tetrahedra about the origin

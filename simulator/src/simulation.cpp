@@ -208,6 +208,8 @@ double Simulation::time_s() const { return static_cast<double>(impl_->period) * 
 
 std::int64_t Simulation::time_ns() const { return impl_->period * 10'000'000; }
 
+std::uint64_t Simulation::moment() const { return impl_->moment; }
+
 Status Simulation::step(double duration_s) {
   if (!std::isfinite(duration_s) || duration_s < 0 || duration_s > 1e5) {
     return Error{ErrorCode::kInvalidArgument,
@@ -238,6 +240,7 @@ Status Simulation::step(double duration_s) {
       }
       s.contacts->end_period();
       ++s.period;
+      ++s.moment;
       if (Status sane = s.check_finite(); !sane) {
         s.failure = sane.error().message;
         return sane;
@@ -263,6 +266,7 @@ void Simulation::Impl::reset() {
   Impl& s = *this;
   s.failure.clear();
   s.period = 0;
+  s.moment = 0;
   s.head_velocity.fill(Eigen::Vector3d::Zero());
   s.contacts->restore({});
   s.camera_fault.fill(CameraFault::kNone);
@@ -294,6 +298,7 @@ Status Simulation::restore(const SavedState& saved) {
 SimulationState Simulation::Impl::state() const {
   SimulationState state;
   state.period = period;
+  state.moment = moment;
   state.robot = robot->save();
   for (const auto& object : objects) state.objects.push_back(object->motion());
   state.drives = drives->save();
@@ -312,6 +317,7 @@ void Simulation::Impl::set_state(const SimulationState& state) {
   drives->restore(state.drives);
   contacts->restore(state.contacts);
   period = state.period;
+  moment = state.moment;
   head_velocity = state.head_velocity;
   limb_forces->restore(state.limb_forces);
   camera_fault = state.camera_fault;
@@ -326,6 +332,8 @@ StateShape Simulation::Impl::state_shape() const {
   for (std::size_t i = 1; i < links.size(); ++i) shape.hinges.push_back(links[i].joint_name);
   for (const PartInfo& part : drives->parts()) shape.joints += part.joints.size();
   shape.sensors = block.force_torque.size();
+  for (std::size_t i = 0; i < contacts->robot_shape_count(); ++i)
+    shape.shape_links.push_back(contacts->link_of_shape(i));
   return shape;
 }
 

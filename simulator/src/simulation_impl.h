@@ -49,6 +49,7 @@ struct Simulation::Impl {
   std::string* clock_request = nullptr;  // where a line leaves what to ask the clock's owner; null: nowhere
   std::vector<std::unique_ptr<ObjectBody>> objects;
   std::int64_t period = 0;       // control periods since the start
+  std::uint64_t moment = 0;      // control periods that led here; restored with a state
   std::uint64_t revision = 1;    // of what there is to draw
   std::uint64_t object_set = 0;  // which set of objects this is; another one when some are made or deleted
   std::uint64_t last_object_set = 0;  // highest number that was given

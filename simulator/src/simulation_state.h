@@ -21,6 +21,7 @@ namespace nido::sim {
 // the same future, bit for bit.
 struct SimulationState {
   std::int64_t period = 0;
+  std::uint64_t moment = 0;  // see Simulation::moment()
   RobotBody::State robot;
   std::vector<ObjectBody::Motion> objects;
   Drives::State drives;
@@ -48,9 +49,10 @@ struct WorldSnapshot {
 
 // What a state must be like to fit a simulation.
 struct StateShape {
-  std::vector<std::string> hinges;  // names of the robot's hinges, in its order
-  std::size_t joints = 0;           // of all parts
-  std::size_t sensors = 0;          // of force and torque
+  std::vector<std::string> hinges;       // names of the robot's hinges, in its order
+  std::size_t joints = 0;                // of all parts
+  std::size_t sensors = 0;               // of force and torque
+  std::vector<std::size_t> shape_links;  // of each of the robot's shapes that touch
 };
 
 // A snapshot as JSON; numbers come back bit for bit. Meshes are named, not copied.

@@ -83,14 +83,20 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(JointState, position_rad, velocity_rad_s, tor
                                    motion_done)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Trajectory, age, duration_s, coefficient)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(AxisState, measured, reference_rad, reference_velocity_rad_s,
-                                   previous_reference_rad, fault, at_limit, trajectory)
+                                   previous_reference_rad, fault, held_rad, at_limit, trajectory)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Drives::State, axes, applied_torque_Nm)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(HandTouch, on, force_N)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ContactSolver::Side, link, object)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Contacts::Grip, robot_geom, object, p_LinkAnchor_m, p_ObjectAnchor_m)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Contacts::Load, a, b, robot_geom, p_World_m, force_World_N,
                                    torque_World_Nm)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Contacts::State, touch, skin_fault, grips, loads)
+NLOHMANN_JSON_SERIALIZE_ENUM(Contacts::OwnerKind, {{Contacts::OwnerKind::kFloor, "floor"},
+                                                   {Contacts::OwnerKind::kLink, "link"},
+                                                   {Contacts::OwnerKind::kObject, "object"}})
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Contacts::Owner, kind, index)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Contacts::Touching, a, b, robot_geom, robot_geom_b, p_World_m, depth_m,
+                                   force_N)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Contacts::State, touch, skin_fault, grips, loads, touching)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Simulation::Wrench, force_N, torque_Nm)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(LimbForces::Motion, momentum, turn_momentum)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(LimbForces::State, before, wrenches)
@@ -99,12 +105,12 @@ NLOHMANN_JSON_SERIALIZE_ENUM(ObjectJointKind, {{ObjectJointKind::kBall, "ball"},
                                                {ObjectJointKind::kHinge, "hinge"},
                                                {ObjectJointKind::kFixed, "fixed"}})
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ObjectJoint, kind, a, b, X_AJoint, X_BJoint, impulse)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SimulationState, period, robot, objects, drives, contacts, head_velocity,
-                                   limb_forces, camera_fault, light, joints)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SimulationState, period, moment, robot, objects, drives, contacts,
+                                   head_velocity, limb_forces, camera_fault, light, joints)
 
 namespace {
 
-constexpr const char* kFormat = "nido snapshot 1";
+constexpr const char* kFormat = "nido snapshot 2";
 
 bool is_pose(const Eigen::Isometry3d& X) {
   return X.translation().cwiseAbs().maxCoeff() < 1e4 &&
@@ -137,6 +143,15 @@ std::string trouble_of(const ObjectDescription& object) {
   return {};
 }
 
+// A side of something that touches is there: the floor, an object, or a shape of the robot.
+bool is_side(const Contacts::Owner& owner, int robot_geom, const WorldSnapshot& snapshot,
+             const StateShape& shape) {
+  if (owner.kind == Contacts::OwnerKind::kFloor) return true;
+  if (owner.kind == Contacts::OwnerKind::kObject) return owner.index < snapshot.objects.size();
+  return robot_geom >= 0 && static_cast<std::size_t>(robot_geom) < shape.shape_links.size() &&
+         shape.shape_links[static_cast<std::size_t>(robot_geom)] == owner.index;
+}
+
 // The first thing in which the state does not fit; empty: it fits.
 std::string trouble_of(const WorldSnapshot& snapshot, const StateShape& shape) {
   const SimulationState& s = snapshot.state;
@@ -156,6 +171,11 @@ std::string trouble_of(const WorldSnapshot& snapshot, const StateShape& shape) {
     if (!trouble.empty()) return "object \"" + object.name + "\": " + trouble;
   }
   const int count = static_cast<int>(snapshot.objects.size());
+  for (const Contacts::Touching& touching : s.contacts.touching) {
+    if (!is_side(touching.a, touching.robot_geom, snapshot, shape) ||
+        !is_side(touching.b, touching.robot_geom_b, snapshot, shape))
+      return "something touches what is not there";
+  }
   for (const ObjectJoint& joint : s.joints) {
     if (joint.a < 0 || joint.a >= count || joint.b < -1 || joint.b >= count || joint.a == joint.b ||
         !is_pose(joint.X_AJoint) || !is_pose(joint.X_BJoint))

@@ -85,6 +85,7 @@ std::string run_world_command(Simulation::Impl& simulation, const std::string& l
   if (name == "help") return help(arguments);
   const WorldVerb* verb = find_verb(name);
   if (verb == nullptr) return unknown_verb();
+  arguments.set_usage(usage(*verb));
   try {
     return verb->run(simulation, arguments);
   } catch (const OdeError& e) {

@@ -125,7 +125,10 @@ bool Arguments::flag(const char* what, bool fallback) {
 }
 
 void Arguments::end() {
-  if (ok() && !done()) fail("too many words", "\"" + printable(words_[next_]) + "\" is one too many");
+  if (ok() && !done()) {
+    fail("too many words",
+         "\"" + printable(words_[next_]) + "\" is one too many" + (usage_.empty() ? "" : "; say " + usage_));
+  }
 }
 
 void Arguments::fail(const std::string& reason, const std::string& detail) {

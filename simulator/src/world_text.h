@@ -36,8 +36,9 @@ class Arguments {
   int index(const char* what);
   // 0, 1, false, true; the fallback when no word is left.
   bool flag(const char* what, bool fallback);
-  // Complains about words that are left.
+  // Complains about words that are left, and says how the line should be.
   void end();
+  void set_usage(std::string usage) { usage_ = std::move(usage); }
 
   void fail(const std::string& reason, const std::string& detail = {});
   [[nodiscard]] bool ok() const { return reply_.empty(); }
@@ -47,6 +48,7 @@ class Arguments {
   std::vector<std::string> words_;
   std::size_t next_ = 0;
   std::string reply_;
+  std::string usage_;  // empty: unknown
 };
 
 // `[fail] "reason" "detail"`

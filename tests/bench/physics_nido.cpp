@@ -32,7 +32,6 @@ Result<std::unique_ptr<Contender>> make_nido(const PhysicsScene& scene) {
   sim::SimulationOptions options;
   options.urdf_path = scene.urdf_path();
   options.world_yaml = scene.world_yaml();
-  options.self_collision = true;
   auto made = sim::Simulation::create(options);
   if (!made) return made.error();
   for (const Thing& thing : scene.things()) {

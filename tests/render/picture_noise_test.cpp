@@ -25,7 +25,7 @@ TEST(PictureNoise, HasTheDeviationThatWasAskedFor) {
   for (const double sigma : {1.0, 5.0, 20.0}) {
     PictureNoise noise = makeNoise({.noise_levels = sigma});
     Image picture = flatPicture(320, 240, 128);
-    noise.apply(picture);
+    noise.apply(picture, 1);
     double sum = 0;
     double squares = 0;
     for (const std::uint8_t value : picture.rgb) {
@@ -38,18 +38,21 @@ TEST(PictureNoise, HasTheDeviationThatWasAskedFor) {
   }
 }
 
-TEST(PictureNoise, RepeatsForTheSameSeedOnly) {
-  const auto second = [](std::uint64_t seed) {
+TEST(PictureNoise, RepeatsForTheSameSeedAndMomentOnly) {
+  const auto taken = [](std::uint64_t seed, std::initializer_list<std::uint64_t> moments) {
     PictureNoise noise = makeNoise({.noise_levels = 4, .seed = seed});
-    Image picture = flatPicture(64, 48, 100);
-    noise.apply(picture);
-    Image next = flatPicture(64, 48, 100);
-    noise.apply(next);
-    EXPECT_NE(picture.rgb, next.rgb) << "every picture has its own noise";
-    return next.rgb;
+    Image picture;
+    for (const std::uint64_t moment : moments) {
+      picture = flatPicture(64, 48, 100);
+      noise.apply(picture, moment);
+    }
+    return picture.rgb;
   };
-  EXPECT_EQ(second(3), second(3));
-  EXPECT_NE(second(3), second(4));
+  EXPECT_EQ(taken(3, {7}), taken(3, {7}));
+  EXPECT_EQ(taken(3, {7}), taken(3, {2, 9, 7})) << "whatever was taken before";
+  EXPECT_NE(taken(3, {7}), taken(3, {8})) << "every picture has its own noise";
+  EXPECT_NE(taken(3, {7}), taken(4, {7}));
+  EXPECT_NE(taken(3, {7}), taken(4, {6})) << "and is not one of another camera's";
 }
 
 TEST(PictureNoise, BlurSpreadsAPointAndKeepsItsLightAndPlace) {
@@ -59,7 +62,7 @@ TEST(PictureNoise, BlurSpreadsAPointAndKeepsItsLightAndPlace) {
     for (int column = 14; column <= 16; ++column)
       picture.rgb[static_cast<std::size_t>(3 * (row * 31 + column))] = 250;
   }
-  noise.apply(picture);
+  noise.apply(picture, 1);
   double sum = 0;
   double x = 0;
   double spread = 0;
@@ -76,7 +79,7 @@ TEST(PictureNoise, BlurSpreadsAPointAndKeepsItsLightAndPlace) {
   EXPECT_NEAR(spread / sum, 2.0 / 3 + 1.0, 0.1) << "variance of the square plus that of the lens";
   EXPECT_EQ(picture.rgb[3 * (15 * 31 + 15) + 1], 0) << "channels do not mix";
   Image flat = flatPicture(20, 10, 77);
-  noise.apply(flat);
+  noise.apply(flat, 1);
   EXPECT_EQ(flat.rgb, flatPicture(20, 10, 77).rgb) << "no dark rim";
 }
 

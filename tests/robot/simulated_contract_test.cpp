@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <filesystem>
+#include <functional>
 
 #include "control_board_contract.h"
 #include "nido/simulator/devices/simulated_camera.h"
@@ -141,6 +143,94 @@ TEST(SimulatedCamera, FaultsSpoilThePicturesOfOneEyeUntilTheyAreCleared) {
   ASSERT_EQ(world.command("world fault clear"), "[ok]");
   ASSERT_TRUE(left->grab(grainy).ok());
   EXPECT_TRUE(grainy.rgb == clean.rgb);
+}
+
+// A recorded run: commands to the boards and the world, and what came of them, step by step.
+class RecordedRun {
+ public:
+  explicit RecordedRun(const std::filesystem::path& scenes) {
+    sim::SimulationOptions options;
+    options.urdf_path = std::string(NIDO_CONFIG_DIR) + "/robots/icub.urdf";
+    options.world_path = std::string(NIDO_CONFIG_DIR) + "/worlds/table.yaml";
+    options.scene_folder = scenes;
+    robot_ = required(sim::SimulatedRobot::create(options, {}));
+    for (const char* part : {"head", "torso", "left_arm", "right_arm"})
+      boards_.push_back(required(sim::SimulatedControlBoard::create(robot_, part)));
+    for (const sim::Eye eye : {sim::Eye::kLeft, sim::Eye::kRight})
+      eyes_.push_back(required(sim::SimulatedCamera::create(
+          robot_, eye, {}, {.noise_levels = 3, .seed = eye == sim::Eye::kLeft ? 1U : 2U})));
+  }
+
+  std::string world(const std::string& line) { return sim::SimulatedWorld(robot_).command(line); }
+  // Time before the part of the run that is to be the same.
+  void wait(int periods) { EXPECT_TRUE(robot_->step_to(robot_->now_ns() + periods * kPeriod_ns).ok()); }
+
+  // Steps `from` to `to`: state, readings and pictures of each.
+  std::vector<std::string> go(int from, int to) {
+    std::vector<std::string> seen;
+    for (int step = from; step < to; ++step) {
+      command(step);
+      wait(1);
+      std::string what = std::to_string(robot_->simulation().state_hash());
+      for (const auto& board : boards_) {
+        for (const double torque_Nm : required(board->read_joints()).torque_Nm)
+          what += " " + std::to_string(torque_Nm);
+      }
+      for (const auto& eye : eyes_) {
+        if (step % 3 != 0) continue;
+        Image image;
+        EXPECT_TRUE(eye->grab(image).ok());
+        what += " " + std::to_string(std::hash<std::string_view>()(
+                          {reinterpret_cast<const char*>(image.rgb.data()), image.rgb.size()}));
+      }
+      seen.push_back(std::move(what));
+    }
+    return seen;
+  }
+
+ private:
+  void command(int step) {
+    const std::array<int, 3> joints = {0, 1, 2};
+    const double swing = 0.2 * std::sin(0.05 * step);
+    bool done = true;
+    if (step % 20 == 0) done = boards_[0]->move_to(joints, std::array{-0.3 + swing, 0.0, swing}).ok();
+    if (step % 25 == 5) done = boards_[1]->move_to(joints, std::array{swing, 0.0, 0.1}).ok();
+    if (step == 10) {
+      done = boards_[3]->set_control_mode(joints, ControlMode::kVelocity).ok() &&
+             boards_[3]->set_velocities(joints, std::array{-0.4, 0.1, 0.0}).ok();
+    }
+    if (step == 31) done = world("world mk sph 0.03 0.1 0.9 0.35 0 1 0") == "[ok]";
+    if (step == 35) done = world("world fault left_arm 0 weak") == "[ok]";
+    if (step == 37) done = world("world fault cam right noise") == "[ok]";
+    if (step == 51) done = world("world force sph 1 0.3 0 0.2 0.1") == "[ok]";
+    EXPECT_TRUE(done) << "at step " << step;
+  }
+
+  std::shared_ptr<sim::SimulatedRobot> robot_;
+  std::vector<std::unique_ptr<sim::SimulatedControlBoard>> boards_;
+  std::vector<std::unique_ptr<sim::SimulatedCamera>> eyes_;
+};
+
+// the second half of a run, from a snapshot in its middle: the same states and pictures, in the same process
+// and in a new one's robot that has lived otherwise
+TEST(SimulatedRobot, ARunRestoredHalfWayIsTheSameRun) {
+  const std::filesystem::path scenes = std::filesystem::path(testing::TempDir()) / "nido_half_way";
+  std::filesystem::remove_all(scenes);
+  RecordedRun run(scenes);
+  const std::vector<std::string> first_half = run.go(0, 40);
+  ASSERT_EQ(run.world("world snapshot half file"), "[ok]");
+  const std::vector<std::string> second_half = run.go(40, 70);
+  EXPECT_NE(second_half.front(), second_half.back());
+  ASSERT_EQ(run.world("world restore half"), "[ok]");
+  EXPECT_TRUE(run.go(40, 70) == second_half) << "in the same robot";
+
+  RecordedRun again(scenes);
+  EXPECT_TRUE(again.go(0, 40) == first_half) << "from the start";
+  RecordedRun other(scenes);
+  other.wait(17);
+  ASSERT_EQ(other.world("world restore half"), "[ok]");
+  EXPECT_TRUE(other.go(40, 70) == second_half) << "in another robot";
+  std::filesystem::remove_all(scenes);
 }
 
 TEST(SimulatedCamera, ThePortsLightIsSeen) {

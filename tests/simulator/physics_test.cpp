@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cmath>
+#include <map>
 #include <numbers>
 #include <random>
 #include <sstream>
@@ -180,6 +181,45 @@ TEST(Physics, a_stack_stays_where_it_was_put) {
     EXPECT_LT((position(*sim, name) - start[i++]).norm(), 0.001) << name;
 }
 
+TEST(Physics, things_of_all_shapes_stay_where_they_lie) {
+  auto sim = make_yaml(
+      "table: {}\nobjects:\n"
+      "  - {object: cube, name: cube, position_m: [-0.45, 0.0], yaw_deg: 20}\n"
+      "  - {object: ball, name: ball, position_m: [-0.40, 0.15]}\n"
+      "  - {object: bear, name: bear, position_m: [-0.45, -0.15]}\n"
+      "  - {object: basket, name: basket, position_m: [-0.35, 0.30]}\n");
+  say(*sim, "world mk cyl 0.02 0.1 0.05 0.56 0.3 0 1 0");
+  say(*sim, "world mk box 0.03 0.06 0.04 -0.05 0.55 0.3 0 1 0");
+  ASSERT_TRUE(sim->step(2).ok());
+  std::map<std::string, Eigen::Vector3d> start;
+  for (const ObjectState& object : sim->objects()) start[object.name] = object.X_WorldObject.translation();
+  ASSERT_TRUE(sim->step(60).ok());
+  for (const ObjectState& object : sim->objects())
+    EXPECT_LT((object.X_WorldObject.translation() - start[object.name]).norm(), 0.001) << object.name;
+}
+
+// a kilogram hangs from a pin and is swung and pulled: the two points of the pin stay together
+TEST(Physics, pins_between_things_hold_under_load) {
+  auto sim = make(robot_only());
+  say(*sim, "world mk sbox 0.05 0.05 0.05 1 1.5 0 1 0 0");
+  say(*sim, "world mk box 0.04 0.2 0.04 1 1.35 0 0 1 0");
+  say(*sim, "world mass box 1 1");
+  say(*sim, "world joint ball box 1 sbox 1 1 1.45 0");
+  const Eigen::Vector3d pin(-0.026, -1, 1.45 + Simulation::kFloorHeight_m);  // in the root frame
+  const Eigen::Vector3d p_BoxPin = sim->object("box 1")->X_WorldObject.inverse() * pin;
+  say(*sim, "world force box 1 15 -10 10 1");
+  double widest_m = 0;
+  for (int i = 0; i < 200; ++i) {
+    ASSERT_TRUE(sim->step().ok());
+    const double gap_m = (sim->object("box 1")->X_WorldObject * p_BoxPin - pin).norm();
+    widest_m = std::max(widest_m, gap_m);
+  }
+  EXPECT_LT(widest_m, 0.0005);
+  EXPECT_GT((sim->object("box 1")->X_WorldObject.translation() - pin).cross(Eigen::Vector3d::UnitZ()).norm(),
+            0.01)
+      << "it does swing";
+}
+
 // The leg hangs from an unpowered hip: a pendulum, whose time of swing follows from the masses alone, and
 // which gets no energy from nowhere.
 TEST(Physics, a_leg_without_power_is_a_pendulum) {
@@ -287,9 +327,7 @@ TEST(Physics, every_chain_reaches_where_it_was_sent) {
 // Links that hang on each other never come apart, whatever pushes: where a link is follows from the angles
 // alone.
 TEST(Physics, hinges_hold_under_load) {
-  SimulationOptions options = robot_only();
-  options.self_collision = true;
-  auto sim = make(options);
+  auto sim = make(robot_only());
   const auto model = RobotModel::load(config("robots/icub.urdf"));
   ASSERT_TRUE(model.ok());
   // both forearms want the place in front of the chest

@@ -1,10 +1,11 @@
 // Random motion, with things made and deleted, for as long as one likes: does memory grow, is a number lost?
 //   simulator_soak HOURS [SEED]
 // HOURS are simulated. Exit 1 when resident memory grew by more than 1 MB an hour after the first hour (or
-// the first quarter of a shorter run).
+// the first quarter of a shorter run). SIGTERM and SIGINT end it early, with what has been seen so far.
 #include <unistd.h>
 
 #include <algorithm>
+#include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
@@ -16,6 +17,8 @@ using namespace nido;
 using namespace nido::sim;
 
 namespace {
+
+volatile std::sig_atomic_t told_to_end = 0;
 
 double resident_MB() {
   std::ifstream file("/proc/self/statm");
@@ -78,26 +81,30 @@ int main(int argc, char** argv) {
   SimulationOptions options;
   options.urdf_path = std::string(NIDO_CONFIG_DIR) + "/robots/icub.urdf";
   options.world_path = std::string(NIDO_CONFIG_DIR) + "/worlds/table.yaml";
-  options.self_collision = true;
   auto made = Simulation::create(options);
   if (!made) return std::printf("%s\n", made.error().message.c_str()), 1;
   Simulation& sim = **made;
   Life life(sim, argc > 2 ? std::strtoull(argv[2], nullptr, 10) : 1);
-  const double report_h = std::min(1.0, hours / 4);
-  double first_MB = 0;
+  std::signal(SIGTERM, [](int) { told_to_end = 1; });
+  std::signal(SIGINT, [](int) { told_to_end = 1; });
+  const double warm_h = std::min(1.0, hours / 4);  // until everything has been made once
+  const double report_h = warm_h / 5;
+  double warm_MB = 0;
   double next_h = report_h;
-  // a reset begins time anew
-  for (double simulated_h = 0; simulated_h < hours; simulated_h += 2.0 / 3600) {
+  double lived_h = 0;  // a reset begins the simulation's own time anew
+  while (lived_h < hours && told_to_end == 0) {
     if (const Status done = life.go_on(); !done) return std::printf("%s\n", done.error().message.c_str()), 1;
-    if (simulated_h < next_h) continue;
+    lived_h += 2.0 / 3600;
+    if (lived_h < next_h) continue;
     next_h += report_h;
-    if (first_MB == 0) first_MB = resident_MB();
-    std::printf("%.3f h simulated, %.2f MB resident, %zu things\n", simulated_h, resident_MB(),
+    if (warm_MB == 0 && lived_h >= warm_h) warm_MB = resident_MB();
+    std::printf("%.3f h simulated, %.2f MB resident, %zu things\n", lived_h, resident_MB(),
                 sim.objects().size());
     std::fflush(stdout);
   }
-  const double grown_MB = resident_MB() - first_MB;
-  const double after_h = hours - report_h;
-  std::printf("grown by %.2f MB in the %.2f h after the first %.2f h\n", grown_MB, after_h, report_h);
+  if (warm_MB == 0) return std::printf("ended before the first %.2f h were over\n", warm_h), 1;
+  const double grown_MB = resident_MB() - warm_MB;
+  const double after_h = lived_h - warm_h;
+  std::printf("grown by %.2f MB in the %.2f h after the first %.2f h\n", grown_MB, after_h, warm_h);
   return grown_MB <= std::max(1.0, after_h) ? 0 : 1;
 }

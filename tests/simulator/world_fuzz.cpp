@@ -103,7 +103,9 @@ void read_mesh(const std::string& text, const char* suffix) {
 }
 
 void read_snapshot(const std::string& text) {
-  const nido::sim::StateShape shape{{"hinge"}, 1, 0};
+  nido::sim::StateShape shape;
+  shape.hinges = {"hinge"};
+  shape.joints = 1;
   const auto read = nido::sim::read_snapshot(text, shape, "fuzz");
   if (!read) require(!read.error().message.empty(), "a snapshot refused without a sentence");
 }

@@ -277,6 +277,43 @@ TEST_F(WorldScene, faulty_joints_are_stuck_weak_or_off) {
   EXPECT_NEAR(sim->joints(arm)[3].position_rad, 1.5, 0.01);
 }
 
+// the eyes' version and vergence are sum and difference of two hinges
+TEST_F(WorldScene, a_fault_of_one_joint_is_not_one_of_those_that_share_its_hinges) {
+  for (const char* fault : {"stuck", "off"}) {
+    for (const int faulty : {4, 5}) {
+      auto sim = make(robot_only());
+      const int head = sim->part_index("head");
+      const std::array<int, 2> eyes = {4, 5};
+      ASSERT_TRUE(sim->command(head, JointMode::kPosition, eyes, std::array<double, 2>{0.1, 0.2}).ok());
+      ASSERT_TRUE(sim->step(1).ok());
+      say(*sim, "world fault head " + std::to_string(faulty) + " " + fault);
+      ASSERT_TRUE(sim->command(head, JointMode::kPosition, eyes, std::array<double, 2>{-0.2, 0.5}).ok());
+      ASSERT_TRUE(sim->step(2).ok());
+      const auto j = [&](int joint) {
+        return sim->joints(head)[static_cast<std::size_t>(joint)].position_rad;
+      };
+      EXPECT_NEAR(j(4), faulty == 4 ? 0.1 : -0.2, 0.01) << fault << " " << faulty;
+      EXPECT_NEAR(j(5), faulty == 5 ? 0.2 : 0.5, 0.01) << fault << " " << faulty;
+      say(*sim, "world fault clear");
+      ASSERT_TRUE(sim->step(1).ok());
+      EXPECT_NEAR(j(faulty), faulty == 4 ? -0.2 : 0.5, 0.01) << fault << " is over";
+    }
+  }
+}
+
+// both hinges at once, as before
+TEST_F(WorldScene, both_joints_of_shared_hinges_can_be_stuck) {
+  auto sim = make(robot_only());
+  const int head = sim->part_index("head");
+  say(*sim, "world fault head 4 stuck");
+  say(*sim, "world fault head 5 stuck");
+  const std::array<int, 2> eyes = {4, 5};
+  ASSERT_TRUE(sim->command(head, JointMode::kPosition, eyes, std::array<double, 2>{-0.2, 0.5}).ok());
+  ASSERT_TRUE(sim->step(1).ok());
+  EXPECT_NEAR(sim->joints(head)[4].position_rad, 0, 0.001);
+  EXPECT_NEAR(sim->joints(head)[5].position_rad, 0, 0.001);
+}
+
 TEST_F(WorldScene, a_weak_joint_gives_a_fifth_of_its_torque) {
   auto sim = make(robot_only());
   const int arm = sim->part_index("left_arm");

@@ -342,5 +342,35 @@ TEST(Scene, shows_robot_and_things_and_keeps_its_order) {
   EXPECT_EQ(scene.instances.size(), count + 1);
 }
 
+// every line that help shows as an example is refused with a word too many, with the usage, and changes
+// nothing
+TEST(WorldPort, words_too_many_are_refused_with_the_usage) {
+  auto sim = make_yaml("table: {}\n");
+  ASSERT_EQ(sim->world("world mk box 0.05 0.05 0.05 0.1 0.6 0.3 1 0 0"), "[ok]");
+  const std::uint64_t hash = sim->state_hash();
+  std::istringstream help(sim->world("help"));
+  int verbs = 0;
+  int told = 0;
+  for (std::string line; std::getline(help, line);) {
+    if (!line.starts_with("world ") || line.starts_with("world help")) continue;
+    const std::string verb = line.substr(6, line.find_first_of(" :", 6) - 6);
+    const std::string one = sim->world("world help " + verb);
+    const std::size_t at = one.find("example: ");
+    ASSERT_NE(at, std::string::npos) << one;
+    const std::string example = one.substr(at + 9);
+    const std::string reply = sim->world(example + " superfluous");
+    EXPECT_TRUE(reply.starts_with("[fail]")) << example << " -> " << reply;
+    // some take any words for a name
+    if (reply.starts_with("[fail] \"too many words\"")) {
+      EXPECT_NE(reply.find("say world " + verb), std::string::npos) << reply;
+      ++told;
+    }
+    ++verbs;
+  }
+  EXPECT_GT(verbs, 30);
+  EXPECT_GT(told, 20);
+  EXPECT_EQ(sim->state_hash(), hash);
+}
+
 }  // namespace
 }  // namespace nido::sim

@@ -31,7 +31,7 @@ const Schema& simulation_schema() {
         .max = 1000},
        {.key = "self_collision",
         .kind = ValueKind::kFlag,
-        .fallback = "false",
+        .fallback = "true",
         .meaning = "the robot's limbs and fingers touch each other"},
        {.key = "scene_folder",
         .fallback = "out/scenes",

@@ -40,9 +40,10 @@ Status SimulatedCamera::open_shutter() {
   const bool is_faulty = fault != CameraFault::kNone;
   Darkroom::Finish finish;
   if (noise_ || is_faulty || was_faulty_) {
-    finish = [noise = noise_, faulty = faulty_, fault](Image& picture) {
-      if (noise) noise->apply(picture);
-      spoil(*faulty, fault, picture);
+    const std::uint64_t moment = robot_->simulation().moment();
+    finish = [noise = noise_, faulty = faulty_, fault, moment](Image& picture) {
+      if (noise) noise->apply(picture, moment);
+      spoil(*faulty, fault, moment, picture);
     };
   }
   was_faulty_ = is_faulty;
@@ -51,7 +52,7 @@ Status SimulatedCamera::open_shutter() {
   return {};
 }
 
-void SimulatedCamera::spoil(Faulty& faulty, CameraFault fault, Image& picture) {
+void SimulatedCamera::spoil(Faulty& faulty, CameraFault fault, std::uint64_t moment, Image& picture) {
   constexpr int kSlowness = 5;
   constexpr double kGrain_levels = 60;
   if (fault != faulty.fault) faulty = {.fault = fault};
@@ -66,7 +67,7 @@ void SimulatedCamera::spoil(Faulty& faulty, CameraFault fault, Image& picture) {
         if (auto made = PictureNoise::create({.noise_levels = kGrain_levels}); made)
           faulty.grain = std::move(*made);
       }
-      if (faulty.grain) faulty.grain->apply(picture);
+      if (faulty.grain) faulty.grain->apply(picture, moment);
       break;
     case CameraFault::kStuck:
     case CameraFault::kSlow:

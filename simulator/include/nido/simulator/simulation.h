@@ -26,7 +26,7 @@ struct SimulationOptions {
   std::uint64_t seed = 1;         // of random worlds and of the constraint solver
   double physics_step_s = 0.001;  // must divide the control period of 10 ms
   int solver_iterations = 20;     // most in every physics step
-  bool self_collision = false;    // the robot's limbs and fingers touch each other
+  bool self_collision = true;     // the robot's limbs and fingers touch each other
   Lighting light;                 // of the room, at the start and after a reset
   // Where the world port keeps what it saves, scenes and snapshots; made when needed. The port writes nowhere
   // else.
@@ -115,6 +115,9 @@ class Simulation {
   // Time since creation or reset, a whole number of control periods.
   [[nodiscard]] double time_s() const;
   [[nodiscard]] std::int64_t time_ns() const;
+  // Control periods that led to this state. Other than the time, which goes on, a snapshot brings it back:
+  // what is drawn from it (the cameras' noise) is part of the same future.
+  [[nodiscard]] std::uint64_t moment() const;
   // Advances by whole control periods; a duration is rounded to the nearest number of them, at least one.
   // Fails with the body's name when a body has left the realm of numbers; the simulation then stays failed
   // until reset() or restore().

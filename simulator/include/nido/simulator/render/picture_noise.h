@@ -15,22 +15,22 @@ struct NoiseOptions {
   std::uint64_t seed = 1;   // give every camera its own
 };
 
-// Adds blur and noise to the pictures of one camera. The same seed and the same pictures in the same order
-// give the same bytes. Not thread-safe.
+// Adds blur and noise to the pictures of one camera. The same seed, moment and picture give the same bytes,
+// whatever pictures were taken before. Not thread-safe.
 class PictureNoise {
  public:
   // Refuses values outside their ranges, naming the value.
   static Result<PictureNoise> create(const NoiseOptions& options);
 
-  // Changes the picture in place: first the lens, then the noise.
-  void apply(Image& picture);
+  // Changes the picture in place: first the lens, then the noise. `moment` says which picture of the camera
+  // it is: each has grain of its own.
+  void apply(Image& picture, std::uint64_t moment);
 
  private:
   explicit PictureNoise(const NoiseOptions& options);
   void blur(Image& picture);
 
   NoiseOptions options_;
-  std::uint64_t state_;            // of the generator, never 0
   std::vector<float> kernel_;      // one side of the blur, the middle first; empty without blur
   std::vector<float> row_buffer_;  // of the blur
 };

@@ -43,7 +43,7 @@ class SimulatedCamera final : public ICamera, public IShutter {
     int taken = 0;  // pictures since the fault began
     CameraFault fault = CameraFault::kNone;
   };
-  static void spoil(Faulty& faulty, CameraFault fault, Image& picture);
+  static void spoil(Faulty& faulty, CameraFault fault, std::uint64_t moment, Image& picture);
   const std::shared_ptr<Faulty> faulty_ = std::make_shared<Faulty>();
   std::mutex mutex_;
   bool was_faulty_ = false;
