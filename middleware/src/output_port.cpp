@@ -117,7 +117,11 @@ std::vector<Wire> OutputPort::wires() const {
   std::vector<Wire> wires;
   for (const Guid& reader : writer_->readers()) {
     const auto info = participant_->endpoint(reader);
-    wires.push_back({name_, info && !info->port.empty() ? info->port : "another program", true});
+    // what a node reads for itself, the clock say, has no name
+    const std::string who = !info || info->node.empty() ? "another program"
+                            : info->port.empty()        ? "node " + info->node
+                                                        : info->port;
+    wires.push_back({name_, who, true});
   }
   return wires;
 }

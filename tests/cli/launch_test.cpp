@@ -79,6 +79,17 @@ TEST_F(Launch, PrintsTheOutcomeAsJson) {
   EXPECT_EQ(object["sentence"], "the cube is done");
 }
 
+TEST_F(Launch, ARefusedFileIsJsonWithItsPlace) {
+  const std::string file = app({"name: eye, restrt: {policy: never}"});
+  const auto ended = launch(file, {"--json"})->wait();
+  EXPECT_EQ(ended.code, 2) << ended.out << ended.err;
+  const auto object = nlohmann::json::parse(ended.out);
+  EXPECT_EQ(object["exit_code"], 2);
+  EXPECT_EQ(object["file"], file);
+  EXPECT_EQ(object["line"], 6);
+  EXPECT_NE(object["sentence"].get<std::string>().find("did you mean 'restart'?"), std::string::npos);
+}
+
 TEST_F(Launch, AProcessThatFailsBeforeItIsReadyIsReportedWithItsSentence) {
   const auto ended =
       launch(app({robot_, "name: eye, depends_on: [robot], parameters: {behaviour: fail}"}))->wait();

@@ -252,12 +252,7 @@ int LaunchRun::run() {
     status = join();
   }
   if (!status) {
-    fmt::print(stderr, "error: {}\n", status.error().message);
-    if (request_.json)
-      fmt::print("{}\n", nlohmann::json{{"exit_code", exit_code_of(status.error())},
-                                        {"sentence", status.error().message}}
-                             .dump());
-    return exit_code_of(status.error());
+    return print_error(status.error(), request_.json);
   }
   while (!end_) {
     if (auto started = start_due(); !started) {
@@ -576,10 +571,7 @@ void LaunchRun::finish_report() const {
 }
 
 int run_launch(const LaunchRequest& request) {
-  const auto refuse = [](const Error& error) {
-    fmt::print(stderr, "error: {}\n", error.message);
-    return exit_code_of(error);
-  };
+  const auto refuse = [&](const Error& error) { return print_error(error, request.json); };
   auto places = find_places();
   if (!places) return refuse(places.error());
   auto file = find_config(*places, "apps", "app", request.app);

@@ -21,5 +21,8 @@ class Paint {
 
 // The exit code of docs/cli.md for a failure.
 int exit_code_of(const struct Error& error);
+// Says it on stderr; as JSON also on stdout, with exit_code, sentence and, where the sentence begins with a
+// place, file and line. Returns the exit code.
+int print_error(const struct Error& error, bool as_json);
 
 }  // namespace nido
