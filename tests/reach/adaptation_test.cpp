@@ -113,6 +113,26 @@ TEST(Adaptation, ASingleWildSightingChangesNothing) {
   EXPECT_EQ(core.visual_offset_m(), before);
 }
 
+TEST(Adaptation, SeesHowHighTheTableIs) {
+  ReachCore core = make_core();
+  const auto table_m = [&] { return core.planner().options().table_max_Root_m.z(); };
+  const auto see = [&](const std::vector<double>& undersides_m) {
+    ReachInput input;
+    input.objects.emplace();
+    for (const double z_m : undersides_m)
+      input.objects->push_back({"blue cube", {-0.3, 0.1, z_m + 0.025}, {0.05, 0.05, 0.05}});
+    core.step(0.0, input);
+  };
+  see({-0.0526, -0.0516});
+  EXPECT_NEAR(table_m(), -0.0521, 1e-9) << "two things stand level, 3 cm higher than usual";
+  see({0.02});
+  EXPECT_NEAR(table_m(), -0.0521, 1e-9) << "one thing alone may be in the hand";
+  see({0.02, -0.0826, -0.0830});
+  EXPECT_NEAR(table_m(), -0.0828, 1e-9);
+  see({-0.5, -0.5});
+  EXPECT_NEAR(table_m(), -0.0828, 1e-9) << "on the floor";
+}
+
 TEST(Correction, WordsMoveTheHandAndAreRememberedForTheThing) {
   ReachCore core = make_core();
   KinematicRobot robot(home());

@@ -135,7 +135,7 @@ void GoalSelectionCore::take_in(const GoalSelectionInputs& inputs) {
 
 void GoalSelectionCore::hear(const PhraseHeard& heard) {
   if (heard.accepted && book_.interrupts(heard.text)) return interrupt(heard.text);
-  if (heard.accepted && heard.text.starts_with(kNaming)) return;  // said to the eyes
+  if (heard.accepted && heard.text.starts_with(kNaming)) return;      // said to the eyes
   if (heard.accepted && heard.text.starts_with(kCorrection)) return;  // said to the hand
   const bool busy = state_ != State::kListen;
   const auto known = heard.accepted ? book_.find(heard.text) : std::nullopt;

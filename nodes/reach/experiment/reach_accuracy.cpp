@@ -85,7 +85,7 @@ Report make_report(const Request& request, const std::vector<std::optional<nlohm
       fmt::format("nido experiment run reach-accuracy --seed {} --trials {}", request.seed, request.trials);
   report.seed = request.seed;
   report.trials = request.trials;
-  report.robot = "icub_sim";
+  report.robot = "icub_sim_babbling";
   report.world = "empty";
   const std::vector<Block> all = blocks(request);
   for (const Controller& controller : kControllers) {

@@ -29,6 +29,7 @@ constexpr double kBallRadius_m = 0.03;
 constexpr double kRootHeight_m = 0.5976;
 constexpr double kRootForward_m = -0.026;
 constexpr int kViewsOfBall = 5;
+constexpr double kLookFirst_s = 0.4;  // the eyes come to rest on the ball, with the hand out of the way
 constexpr double kSeeLimit_s = 8.0;
 constexpr double kActLimit_s = 30.0;
 
@@ -129,14 +130,14 @@ class Trials {
     switch (phase_) {
       case Phase::kHome:
         if (!asked_) return ask(now, "home", Eigen::Vector3d::Zero());
-        if (ended() || t - phase_begin_s_ > kActLimit_s) enter(Phase::kPlace, t);
-        return {};
+        if (ended() || t - phase_begin_s_ > kActLimit_s) enter(Phase::kSee, t);
+        return watch(now);  // the eyes find the ball meanwhile
       case Phase::kPlace: {
         std::uniform_real_distribution<double> share(0.0, 1.0);
         ball_Root_m_ = {-0.22 - 0.14 * share(random_), 0.0 + 0.22 * share(random_),
                         -0.04 + 0.16 * share(random_)};
         if (auto put = world_.put_ball(ball_Root_m_); !put) return put;
-        enter(Phase::kSee, t);
+        enter(Phase::kHome, t);
         return {};
       }
       case Phase::kSee:
@@ -152,7 +153,7 @@ class Trials {
   }
 
  private:
-  enum class Phase { kHome, kPlace, kSee, kAct, kOver };
+  enum class Phase { kPlace, kHome, kSee, kAct, kOver };
 
   void enter(Phase phase, double now_s) {
     phase_ = phase;
@@ -180,21 +181,22 @@ class Trials {
     return last_status_ && last_status_->id() == id_ && last_status_->state() != "running";
   }
 
+  // The eyes look for the ball.
+  Status watch(Time now) {
+    if (now.seconds() - last_gaze_s_ <= 0.5) return {};
+    last_gaze_s_ = now.seconds();
+    msgs::GazeGoal gaze;
+    gaze.header(header_at(now));
+    gaze.mode(views_ > 0 ? "object" : "search");
+    gaze.target(kBall);
+    return gaze_->write(gaze);
+  }
+
   Status see(Time now) {
     const double t = now.seconds();
-    if (!asked_ || t - last_gaze_s_ > 0.5) {
-      msgs::GazeGoal gaze;
-      gaze.header(header_at(now));
-      // as a person who shows something: the eyes are led to about where it is, what they measure is their
-      // own
-      gaze.mode(views_ > 0 ? "object" : "search");
-      gaze.target(kBall);
-      asked_ = true;
-      last_gaze_s_ = t;
-      if (auto sent = gaze_->write(gaze); !sent) return sent;
-    }
+    if (Status watched = watch(now); !watched) return watched;
     if (auto percepts = objects_->take_latest();
-        percepts && time_of(percepts->header()).seconds() > phase_begin_s_ + 1.0) {
+        percepts && time_of(percepts->header()).seconds() > phase_begin_s_ + kLookFirst_s) {
       for (const auto& object : percepts->objects()) {
         if (object.name() != kBall) continue;
         const Eigen::Vector3d p(object.position().x(), object.position().y(), object.position().z());
@@ -234,7 +236,7 @@ class Trials {
     file << nlohmann::json{{"trials", results_}, {"sim_s", now_s}}.dump(1) << '\n';
     file.flush();
     if (!file) return Error{ErrorCode::kFailed, settings_.file + ": cannot be written"};
-    enter(static_cast<int>(results_.size()) < settings_.trials ? Phase::kHome : Phase::kOver, now_s);
+    enter(static_cast<int>(results_.size()) < settings_.trials ? Phase::kPlace : Phase::kOver, now_s);
     return {};
   }
 
@@ -259,7 +261,7 @@ class Trials {
   std::unique_ptr<Output<msgs::ActionGoal>> goal_;
   std::unique_ptr<Output<msgs::StageEvent>> outcome_;
   std::optional<msgs::ActionStatus> last_status_;
-  Phase phase_ = Phase::kHome;
+  Phase phase_ = Phase::kPlace;
   double phase_begin_s_ = 0.0;
   double last_gaze_s_ = -10.0;
   bool asked_ = false;
