@@ -20,8 +20,10 @@ YamlReader::YamlReader(YAML::Node node, std::string file, std::string place)
 
 void YamlReader::complain(const char* key, const std::string& what) {
   if (!trouble_.empty()) return;
-  YAML::Mark mark = node_.Mark();
-  if (key != nullptr && node_.IsMap() && node_[key]) mark = node_[key].Mark();
+  // the other operator[] makes the entry that it does not find, also under the feet of a loop
+  const YAML::Node& node = node_;
+  YAML::Mark mark = node.Mark();
+  if (key != nullptr && node.IsMap() && node[key]) mark = node[key].Mark();
   trouble_ = file_;
   if (!mark.is_null()) trouble_ += " line " + std::to_string(mark.line + 1);
   trouble_ += ": " + place_;

@@ -294,6 +294,7 @@ TEST(World, a_random_table_is_at_rest) {
 TEST(WorldFile, mistakes_are_named_with_file_and_line) {
   const std::vector<std::pair<const char*, const char*>> wrong = {
       {"tabel: {}\n", "line 1: tabel is no key here; allowed are table"},
+      {"? [1]\n: 1\n? {a: 2}\n: 2\ntable: {}\n", "is no key here"},  // keys that are no words
       {"table: {size_m: [0.4]}\n", "table.size_m must be a list of 2 numbers"},
       {"table: {size_m: [0.4, -1]}\n", "table.size_m has -1 in it"},
       {"objects:\n  - {object: cube, name: a}\n", "needs position_m"},
