@@ -30,15 +30,23 @@ struct Experiment {
   const char* name;
   int trials;       // so many by default: the whole set stays under an hour on two cores
   int trials_full;  // so many as the figures in docs rest upon
+  double trial_s;   // about, of a quiet machine with two cores, two trials at a time
+  std::vector<std::string> options = {};
 };
 
 // In the paper's order.
 const std::vector<Experiment>& experiments() {
   static const std::vector<Experiment> list = {
-      {"reach-learning", 2, 2},       {"reach-accuracy", 62, 1000}, {"grasp-learning", 20, 100},
-      {"grasp-success", 40, 200},     {"goal-learning", 10, 10},    {"speech", 1, 1},
-      {"speech-and-action", 28, 112}, {"attention", 16, 16},        {"teaching", 10, 20},
-      {"self-calibration", 3, 10},
+      {"reach-learning", 2, 2, 50},
+      {"reach-accuracy", 62, 1000, 2.5},
+      {"grasp-learning", 20, 100, 8},
+      {"grasp-success", 40, 200, 6},
+      {"goal-learning", 10, 10, 1.3},
+      {"speech", 1, 1, 200},
+      {"speech-and-action", 28, 112, 20, {"--condition", "normal,degraded"}},
+      {"attention", 16, 16, 5},
+      {"teaching", 20, 20, 4},
+      {"self-calibration", 3, 10, 60},
   };
   return list;
 }
@@ -116,6 +124,20 @@ std::optional<ReportPart> part_of(const fs::path& out, const std::string& name, 
   return part;
 }
 
+int trials_of(const Request& request, std::size_t number) {
+  const Experiment& experiment = experiments()[number];
+  const int given = request.trials_of[number];
+  return given >= 0 ? given : request.full ? experiment.trials_full : experiment.trials;
+}
+
+// How long experiments from number `first` on take on a quiet machine.
+double expected_s(const Request& request, std::size_t first) {
+  double sum_s = 0;
+  for (std::size_t i = first; i < experiments().size(); ++i)
+    sum_s += trials_of(request, i) * experiments()[i].trial_s;
+  return sum_s;
+}
+
 Status run(const Request& request, const fs::path& programs) {
   const auto started = std::chrono::steady_clock::now();
   const fs::path out = fs::absolute(request.out);
@@ -139,10 +161,12 @@ Status run(const Request& request, const fs::path& programs) {
     return std::pair(report, report.save(request.out));
   };
   const std::size_t count = experiments().size();
+  double spent_s = 0;
+  double spent_expected_s = 0;
+  double slowness = 1.0;
   for (std::size_t i = 0; i < count && !interrupt.raised(); ++i) {
     const Experiment& experiment = experiments()[i];
-    const int given = request.trials_of[i];
-    const int trials = given >= 0 ? given : request.full ? experiment.trials_full : experiment.trials;
+    const int trials = trials_of(request, i);
     if (trials == 0) continue;
     const fs::path folder = out / experiment.name;
     const fs::path mark = folder.string() + ".done";
@@ -156,6 +180,7 @@ Status run(const Request& request, const fs::path& programs) {
         std::to_string(request.jobs),
         "--out",
         folder.string()};
+    words.insert(words.end(), experiment.options.begin(), experiment.options.end());
     if (!request.fresh && text_of(mark) == asked(words)) {
       fmt::print(stderr, "{} of {}: {} is there already\n", i + 1, count, experiment.name);
       continue;
@@ -164,10 +189,17 @@ Status run(const Request& request, const fs::path& programs) {
     fs::remove(mark, ignored);
     if (request.fresh) fs::remove_all(folder, ignored);
     fs::create_directories(folder, ignored);
-    fmt::print(stderr, "{} of {}: {}, {} trials\n", i + 1, count, experiment.name, trials);
+    // as slow as it was so far, in proportion
+    fmt::print(stderr, "{} of {}: {}, {} trials; about {:.0f} min to the end of all\n", i + 1, count,
+               experiment.name, trials, expected_s(request, i) * slowness / 60.0);
     const auto began = std::chrono::steady_clock::now();
     const int code = run_program(words, folder / "figures.txt", interrupt);
     const double took_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
+    if (!interrupt.raised()) {
+      spent_s += took_s;
+      spent_expected_s += trials * experiment.trial_s;
+      slowness = spent_s / spent_expected_s;
+    }
     if (code == 0) {
       std::ofstream(mark) << asked(words);
     } else if (!interrupt.raised()) {
