@@ -10,7 +10,8 @@ namespace nido::sim {
 
 Result<std::shared_ptr<const TriangleMesh>> load_mesh(const std::string& path, const Eigen::Vector3d& scale) {
   constexpr std::size_t kMostTriangles = 200000;
-  if (!std::filesystem::is_regular_file(path))
+  std::error_code trouble;  // a name may be longer than any file system takes
+  if (!std::filesystem::is_regular_file(path, trouble))
     return Error{ErrorCode::kNotFound, "there is no mesh file " + path};
   Assimp::Importer importer;
   const aiScene* scene = importer.ReadFile(path, aiProcess_Triangulate | aiProcess_JoinIdenticalVertices |

@@ -117,7 +117,8 @@ struct WorldReader {
 
   Result<ObjectDescription> read_object_file(const std::string& type) {
     const std::filesystem::path path = objects_folder / (type + ".yaml");
-    if (type.find('/') != std::string::npos || !std::filesystem::exists(path)) {
+    std::error_code trouble;  // a name may be longer than any file system takes
+    if (type.find('/') != std::string::npos || !std::filesystem::exists(path, trouble)) {
       return Error{ErrorCode::kNotFound, "there is no object file " + path.string()};
     }
     YAML::Node node;
@@ -376,11 +377,12 @@ Result<WorldDescription> read_world(const SimulationOptions& options) {
   try {
     if (!options.world_path.empty()) {
       file = options.world_path.string();
-      if (!std::filesystem::is_regular_file(options.world_path)) {
+      std::error_code trouble;
+      if (!std::filesystem::is_regular_file(options.world_path, trouble)) {
         return Error{ErrorCode::kNotFound, "cannot read the world " + file};
       }
       const std::filesystem::path beside = options.world_path.parent_path() / ".." / "objects";
-      if (std::filesystem::is_directory(beside)) reader.objects_folder = beside.lexically_normal();
+      if (std::filesystem::is_directory(beside, trouble)) reader.objects_folder = beside.lexically_normal();
       node = YAML::LoadFile(file);
     } else if (!options.world_yaml.empty()) {
       node = YAML::Load(options.world_yaml);

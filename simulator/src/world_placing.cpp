@@ -41,7 +41,8 @@ std::string set(Impl& sim, Arguments& arguments) {
     const std::string folder = arguments.word("the folder");
     arguments.end();
     if (!arguments.ok()) return arguments.failure();
-    if (!std::filesystem::is_directory(folder))
+    std::error_code trouble;  // a name may be longer than any file system takes
+    if (!std::filesystem::is_directory(folder, trouble))
       return fail_reply("could not set model directory", folder + " is no folder");
     sim.model_folder = folder;
     return "[ok]";

@@ -373,5 +373,20 @@ TEST(WorldPort, words_too_many_are_refused_with_the_usage) {
   EXPECT_EQ(sim->state_hash(), hash);
 }
 
+// names that no file system takes
+TEST(WorldPort, names_beyond_all_files_are_refused) {
+  auto sim = make_yaml("table: {}\n");
+  const std::string name(300, 'a');
+  for (const std::string& line : {"world mk model " + name + ".obj none 0 1 0", "world set mdir " + name,
+                                  "world load " + name, "world save " + name, "world restore " + name})
+    EXPECT_TRUE(sim->world(line).starts_with("[fail]")) << line;
+  SimulationOptions options = robot_only();
+  options.world_yaml = "objects:\n  - {object: " + name + ", position_m: [0, 0]}\n";
+  EXPECT_FALSE(Simulation::create(options).ok());
+  options.world_yaml.clear();
+  options.world_path = name;
+  EXPECT_FALSE(Simulation::create(options).ok());
+}
+
 }  // namespace
 }  // namespace nido::sim
