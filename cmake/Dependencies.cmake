@@ -17,6 +17,8 @@ pkg_check_modules(POCKETSPHINX REQUIRED IMPORTED_TARGET pocketsphinx sphinxbase)
 pkg_check_modules(SNDFILE REQUIRED IMPORTED_TARGET sndfile)
 pkg_check_modules(PORTAUDIO REQUIRED IMPORTED_TARGET portaudio-2.0)
 pkg_check_modules(ASSIMP REQUIRED IMPORTED_TARGET assimp)
+pkg_check_modules(GLFW REQUIRED IMPORTED_TARGET glfw3)
+pkg_check_modules(X11 REQUIRED IMPORTED_TARGET x11)
 
 # Debian's OpenCV component packages come without the CMake package of the whole (a dependency on 650 MB more)
 add_library(nido_opencv INTERFACE)

@@ -16,6 +16,7 @@ from xml.sax.saxutils import quoteattr
 
 sys.dont_write_bytecode = True
 import icub_looks  # noqa: E402
+import icub_skin  # noqa: E402
 
 HERE = pathlib.Path(__file__).resolve().parent
 TOTAL_MASS_KG = 20.3
@@ -275,11 +276,15 @@ def add_marks(robot):
                                                   translation(0, 0, -MARK_THICKNESS_M / 2), colour, collision=False, name=name))
 
 
+CHEST_SIZE_M, CHEST_CENTRE_M = (0.105, 0.135, 0.10), (0.012, 0, 0.130)  # root frame at zero angles
+SHOULDER_M = (-0.0108, 0.1101, 0.1753)  # the right one
+
+
 def dress_body(robot):
     robot.dress("root_link", box(0.11, 0.14, 0.09, (0.0, 0.0, -0.075), WHITE))
     robot.dress("torso_1", segment((0, -0.05, 0.0), (0, 0.05, 0.0), 0.034, DARK, "cylinder"))
     robot.dress("torso_2", segment((0, 0, 0.025), (0, 0, 0.075), 0.045, DARK, "cylinder"))
-    robot.dress("chest", box(0.105, 0.135, 0.10, (0.012, 0, 0.130), WHITE),
+    robot.dress("chest", box(*CHEST_SIZE_M, CHEST_CENTRE_M, WHITE),
                 segment((0.005, -0.06, 0.185), (0.005, 0.06, 0.185), 0.036, WHITE, "cylinder"),
                 segment((-0.0078, 0, 0.20), (-0.0078, 0, 0.232), 0.026, DARK, "cylinder", collision=False),
                 box(0.004, 0.05, 0.03, (-0.0425, 0, 0.140), GREY, collision=False))
@@ -296,7 +301,7 @@ def dress_body(robot):
         robot.dress(f"{s}_eye_ball", sphere(0.017, eye, "eye", collision=False),
                     segment((eye[0] - 0.0150, eye[1], eye[2]), (eye[0] - 0.0172, eye[1], eye[2]), 0.0065, DARK, "cylinder", collision=False))
         s = s[0]
-        shoulder = (-0.0108, 0.1101 * y, 0.1753)
+        shoulder = (SHOULDER_M[0], SHOULDER_M[1] * y, SHOULDER_M[2])
         axis = (0.0279, -0.1041 * y, 0.0)  # along the shoulder pitch axis, to the chest
         robot.dress(f"{s}_shoulder_1", segment(tuple(shoulder[i] + 0.40 * axis[i] for i in range(3)),
                                                tuple(shoulder[i] + 0.08 * axis[i] for i in range(3)), 0.030, GREY, "cylinder"))
@@ -498,7 +503,23 @@ def write_nido(robot):
     text += '    <inertial_sensor link="imu"/>\n'
     for limb, joint in (("left_arm", "l_shoulder_yaw"), ("right_arm", "r_shoulder_yaw"), ("left_leg", "l_hip_yaw"), ("right_leg", "r_hip_yaw")):
         text += f'    <force_torque limb="{limb}" joint="{joint}"/>\n'
+    text += write_skin(robot)
     return text + "  </nido>\n"
+
+
+def write_skin(robot):
+    """Patches of skin: the frames of their triangles in the link's frame, in tenths of a millimetre and milliradians."""
+    chest_box = (CHEST_CENTRE_M[0] - CHEST_SIZE_M[0] / 2, CHEST_SIZE_M[1] / 2, CHEST_CENTRE_M[2] - CHEST_SIZE_M[2] / 2)
+    text = ""
+    for name, link, values, triangles in icub_skin.patches(robot, SHOULDER_M, chest_box):
+        text += f'    <skin name="{name}" link="{link}" values="{values}">\n'
+        to_link = inverse(robot.at_zero[link])
+        for number, frame in triangles:
+            pose = mul(to_link, frame)
+            xyz = " ".join(num(round(pose[i][3], 4)) for i in range(3))
+            text += f'      <triangle number="{number}" xyz="{xyz}" rpy="{" ".join(num(round(v, 3)) for v in rpy(pose))}"/>\n'
+        text += "    </skin>\n"
+    return text
 
 
 def urdf(robot):

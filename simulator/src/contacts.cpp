@@ -57,8 +57,12 @@ bool awake(const ObjectBody& object) {
 
 }  // namespace
 
-Contacts::Contacts(RobotBody& robot, const ControlBlock& block)
-    : floor_(dCreatePlane(nullptr, 0, 0, 1, Simulation::kFloorHeight_m)), robot_(robot) {
+Contacts::Contacts(RobotBody& robot, const ControlBlock& block, std::vector<SkinPatch> patches)
+    : floor_(dCreatePlane(nullptr, 0, 0, 1, Simulation::kFloorHeight_m)),
+      robot_(robot),
+      skin_(std::move(patches)) {
+  for (const SkinPatch& patch : skin_.patches())
+    X_PatchLink_.push_back(robot.find_frame(patch.link).X_LinkFrame.inverse());
   static constexpr std::array<const char*, 5> kFingers = {"thumb", "index", "middle", "ring", "little"};
   for (std::size_t i = 0; i < robot.link_count(); ++i) {
     for (const LinkShape& shape : robot.description().links[i].collisions) {
@@ -66,6 +70,7 @@ Contacts::Contacts(RobotBody& robot, const ControlBlock& block)
       part.link = i;
       part.name = shape.urdf_link;
       part.surface = kShellSurface;
+      part.patch = skin_.patch_on(part.name);
       for (int hand = 0; hand < 2; ++hand) {
         const std::string prefix = hand == 0 ? "l_" : "r_";
         for (std::size_t f = 0; f < kFingers.size(); ++f) {
@@ -422,6 +427,7 @@ void Contacts::begin_period() {
     }
   }
   sum_ = {};
+  skin_.begin_period();
   steps_ = 0;
 }
 
@@ -432,6 +438,11 @@ void Contacts::read_forces() {
     // the pads feel the world, not the robot's own hand
     if (t.robot_geom < 0 || t.robot_geom_b >= 0) continue;
     const RobotGeom& part = robot_geoms_[t.robot_geom];
+    if (part.patch >= 0) {
+      const auto patch = static_cast<std::size_t>(part.patch);
+      const Eigen::Isometry3d X_PatchWorld = X_PatchLink_[patch] * robot_.X_WorldLink(part.link).inverse();
+      skin_.press(patch, X_PatchWorld * t.p_World_m, t.force_N);
+    }
     if (!part.pad) continue;
     sum_[part.hand].on[part.finger] = true;
     sum_[part.hand].force_N[part.finger] += t.force_N;
@@ -440,6 +451,7 @@ void Contacts::read_forces() {
 }
 
 void Contacts::end_period() {
+  skin_.end_period(std::max(steps_, 1));
   for (std::size_t hand = 0; hand < touch_.size(); ++hand) {
     for (std::size_t pad = 0; pad < kPadCount; ++pad) {
       const SkinFault fault = skin_fault_[hand][pad];
@@ -466,6 +478,7 @@ void Contacts::force_on_link(std::size_t link, const Eigen::Vector3d& p_World_m,
 void Contacts::restore(const State& state) {
   touch_ = state.touch;
   skin_fault_ = state.skin_fault;
+  skin_.restore(state.skin);
   forget();
   grips_ = state.grips;
   former_loads_ = state.loads;
@@ -473,7 +486,16 @@ void Contacts::restore(const State& state) {
   touching_ = state.touching;
 }
 
-Contacts::State Contacts::save() const { return {touch_, skin_fault_, grips_, loads(), touching_}; }
+Contacts::State Contacts::save() const {
+  return {touch_, skin_fault_, skin_.save(), grips_, loads(), touching_};
+}
+
+void Contacts::restart() {
+  touch_ = {};
+  skin_fault_ = {};
+  skin_.clear();
+  forget();
+}
 
 void Contacts::forget() {
   touching_.clear();

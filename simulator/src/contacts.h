@@ -13,6 +13,7 @@
 #include "object_joints.h"
 #include "objects.h"
 #include "robot_body.h"
+#include "skin.h"
 
 namespace nido::sim {
 
@@ -21,7 +22,7 @@ namespace nido::sim {
 // was reached.
 class Contacts {
  public:
-  Contacts(RobotBody& robot, const ControlBlock& block);
+  Contacts(RobotBody& robot, const ControlBlock& block, std::vector<SkinPatch> patches);
   // From now on the robot touches itself, but for pairs of shapes of one link, of links within two hinges of
   // each other, or of one hand, and pairs that overlap in the posture in which it is now.
   void begin_self_collision();
@@ -52,6 +53,9 @@ class Contacts {
   // The robot's shapes that touch, each on one of its links.
   [[nodiscard]] std::size_t robot_shape_count() const { return robot_geoms_.size(); }
   [[nodiscard]] std::size_t link_of_shape(std::size_t shape) const { return robot_geoms_[shape].link; }
+  // Patches of skin: what touches their links presses them.
+  [[nodiscard]] const Skin& skin() const { return skin_; }
+  void set_patch_fault(std::size_t patch, SkinFault fault) { skin_.set_fault(patch, fault); }
   // Pairs that touch at the end of the last step.
   [[nodiscard]] std::vector<ContactPair> pairs(const Objects& objects) const;
   [[nodiscard]] HoldQuery hold(std::size_t object, const Objects& objects) const;
@@ -100,12 +104,15 @@ class Contacts {
   struct State {
     std::array<HandTouch, 2> touch;
     SkinFaults skin_fault{};
+    Skin::State skin;
     std::vector<Grip> grips;
     std::vector<Load> loads;
     std::vector<Touching> touching;
   };
   [[nodiscard]] State save() const;
   void restore(const State& state);
+  // Nothing touches, nothing is broken.
+  void restart();
   // Drops all contacts and grips, as needed when objects come, go or are moved by hand.
   void forget();
 
@@ -116,6 +123,7 @@ class Contacts {
     int hand = -1;     // 0 left, 1 right, -1 not part of a hand
     int finger = -1;   // 0 thumb ... 4 little, 5 palm
     bool pad = false;  // feels touch
+    int patch = -1;    // of the skin that it wears
     Surface surface;
     std::string name;                  // URDF link
     std::array<dGeomID, 3> spheres{};  // capsules: both ends and the middle, for what ODE's capsule cannot do
@@ -159,6 +167,8 @@ class Contacts {
   std::array<HandTouch, 2> sum_{};
   std::array<HandTouch, 2> touch_{};
   SkinFaults skin_fault_{};
+  Skin skin_;
+  std::vector<Eigen::Isometry3d> X_PatchLink_;  // URDF link of a patch, from its moving link
   int steps_ = 0;
 };
 

@@ -149,6 +149,8 @@ Result<std::unique_ptr<Simulation>> Simulation::create(const SimulationOptions& 
   if (!description) return description.error();
   auto model = RobotModel::load(options.urdf_path);
   if (!model) return model.error();
+  auto skin = read_skin(*model, options.urdf_path);
+  if (!skin) return skin.error();
   auto block = read_control_block(*model, options.urdf_path.string());
   if (!block) return block.error();
   auto world = read_world(options);
@@ -176,7 +178,7 @@ Result<std::unique_ptr<Simulation>> Simulation::create(const SimulationOptions& 
                      options.world_path.string() + ": posture_deg: " + fits.error().message};
       }
     }
-    impl->contacts = std::make_unique<Contacts>(*impl->robot, impl->block);
+    impl->contacts = std::make_unique<Contacts>(*impl->robot, impl->block, std::move(*skin));
     const auto& links = impl->robot->description().links;
     for (const LinkDescription& link : links) {
       for (const NamedFrame& frame : link.frames) impl->link_names.push_back(frame.name);
@@ -268,7 +270,7 @@ void Simulation::Impl::reset() {
   s.period = 0;
   s.moment = 0;
   s.head_velocity.fill(Eigen::Vector3d::Zero());
-  s.contacts->restore({});
+  s.contacts->restart();
   s.camera_fault.fill(CameraFault::kNone);
   s.light = s.options.light;
   s.drives->go_home(*s.robot);
@@ -331,6 +333,7 @@ StateShape Simulation::Impl::state_shape() const {
   const auto& links = robot->description().links;
   for (std::size_t i = 1; i < links.size(); ++i) shape.hinges.push_back(links[i].joint_name);
   for (const PartInfo& part : drives->parts()) shape.joints += part.joints.size();
+  for (const SkinPatch& patch : contacts->skin().patches()) shape.skin_values.push_back(patch.values);
   shape.sensors = block.force_torque.size();
   for (std::size_t i = 0; i < contacts->robot_shape_count(); ++i)
     shape.shape_links.push_back(contacts->link_of_shape(i));
@@ -400,6 +403,12 @@ Status Simulation::place_joints(int part, std::span<const double> position_rad) 
 }
 
 const HandTouch& Simulation::touch(Hand hand) const { return impl_->contacts->touch(hand); }
+
+const std::vector<SkinPatch>& Simulation::skin() const { return impl_->contacts->skin().patches(); }
+
+const std::vector<TaxelForce>& Simulation::skin_touch(std::size_t patch) const {
+  return impl_->contacts->skin().touch(patch);
+}
 
 Eigen::Isometry3d Simulation::X_WorldCamera(Eye eye) const {
   return impl_->pose(impl_->cameras[eye == Eye::kLeft ? 0 : 1]);
@@ -532,6 +541,9 @@ std::uint64_t Simulation::state_hash() const {
   }
   for (const Hand hand : {Hand::kLeft, Hand::kRight})
     add(s.contacts->touch(hand).force_N.data(), static_cast<int>(kPadCount));
+  for (const std::vector<TaxelForce>& patch : s.contacts->skin().save().touch) {
+    for (const TaxelForce& taxel : patch) add(&taxel.force_N, 1);
+  }
   return hash;
 }
 

@@ -53,6 +53,7 @@ struct StateShape {
   std::size_t joints = 0;                // of all parts
   std::size_t sensors = 0;               // of force and torque
   std::vector<std::size_t> shape_links;  // of each of the robot's shapes that touch
+  std::vector<std::size_t> skin_values;  // of each patch
 };
 
 // A snapshot as JSON; numbers come back bit for bit. Meshes are named, not copied.

@@ -86,6 +86,8 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(AxisState, measured, reference_rad, reference
                                    previous_reference_rad, fault, held_rad, at_limit, trajectory)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Drives::State, axes, applied_torque_Nm)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(HandTouch, on, force_N)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(TaxelForce, value, force_N)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Skin::State, touch, fault)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ContactSolver::Side, link, object)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Contacts::Grip, robot_geom, object, p_LinkAnchor_m, p_ObjectAnchor_m)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Contacts::Load, a, b, robot_geom, p_World_m, force_World_N,
@@ -96,7 +98,7 @@ NLOHMANN_JSON_SERIALIZE_ENUM(Contacts::OwnerKind, {{Contacts::OwnerKind::kFloor,
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Contacts::Owner, kind, index)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Contacts::Touching, a, b, robot_geom, robot_geom_b, p_World_m, depth_m,
                                    force_N)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Contacts::State, touch, skin_fault, grips, loads, touching)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Contacts::State, touch, skin_fault, skin, grips, loads, touching)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Simulation::Wrench, force_N, torque_Nm)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(LimbForces::Motion, momentum, turn_momentum)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(LimbForces::State, before, wrenches)
@@ -164,6 +166,15 @@ std::string trouble_of(const WorldSnapshot& snapshot, const StateShape& shape) {
     return "the drives' state is not of " + std::to_string(shape.joints) + " joints";
   if (s.limb_forces.wrenches.size() != shape.sensors)
     return "the state is not of " + std::to_string(shape.sensors) + " force/torque sensors";
+  const Skin::State& skin = s.contacts.skin;
+  if (skin.touch.size() != shape.skin_values.size() || skin.fault.size() != shape.skin_values.size())
+    return "the state is not of " + std::to_string(shape.skin_values.size()) + " patches of skin";
+  for (std::size_t patch = 0; patch < skin.touch.size(); ++patch) {
+    for (const TaxelForce& taxel : skin.touch[patch]) {
+      if (taxel.value < 0 || static_cast<std::size_t>(taxel.value) >= shape.skin_values[patch])
+        return "a taxel of the skin is none";
+    }
+  }
   if (s.objects.size() != snapshot.objects.size()) return "objects and their motions are not as many";
   if (s.period < 0) return "its time is before the start";
   for (const ObjectDescription& object : snapshot.objects) {

@@ -66,6 +66,11 @@ std::string all_faults(const Impl& sim) {
         add(std::string("skin ") + kSides[side] + " " + kPads[pad] + " " + word_of(fault, kSkinFaults));
     }
   }
+  for (std::size_t patch = 0; patch < sim.contacts->skin().patches().size(); ++patch) {
+    const SkinFault fault = sim.contacts->skin().fault(patch);
+    if (fault != SkinFault::kNone)
+      add("skin " + sim.contacts->skin().patches()[patch].name + " " + word_of(fault, kSkinFaults));
+  }
   for (std::size_t part = 0; part < sim.drives->parts().size(); ++part) {
     const PartInfo& info = sim.drives->parts()[part];
     for (std::size_t j = 0; j < info.joints.size(); ++j) {
@@ -83,6 +88,8 @@ void clear_faults(Impl& sim) {
     for (std::size_t pad = 0; pad < kPadCount; ++pad)
       sim.contacts->set_skin_fault(side, pad, SkinFault::kNone);
   }
+  for (std::size_t patch = 0; patch < sim.contacts->skin().patches().size(); ++patch)
+    sim.contacts->set_patch_fault(patch, SkinFault::kNone);
   for (std::size_t part = 0; part < sim.drives->parts().size(); ++part) {
     for (std::size_t j = 0; j < sim.drives->parts()[part].joints.size(); ++j)
       sim.drives->set_fault(static_cast<int>(part), static_cast<int>(j), JointFault::kNone);
@@ -97,7 +104,26 @@ std::string camera_fault(Impl& sim, Arguments& arguments) {
   return "[ok]";
 }
 
+// A patch by its name: left_forearm, torso.
+std::string patch_fault(Impl& sim, Arguments& arguments, std::size_t patch) {
+  const SkinFault fault = read_fault(arguments, kSkinFaults);
+  if (!arguments.ok()) return arguments.failure();
+  sim.contacts->set_patch_fault(patch, fault);
+  return "[ok]";
+}
+
 std::string skin_fault(Impl& sim, Arguments& arguments) {
+  std::string patches;
+  for (std::size_t patch = 0; patch < sim.contacts->skin().patches().size(); ++patch) {
+    const std::string& name = sim.contacts->skin().patches()[patch].name;
+    if (!arguments.done() && arguments.peek() == name) {
+      arguments.skip();
+      return patch_fault(sim, arguments, patch);
+    }
+    patches += ", " + name;
+  }
+  if (!arguments.done() && arguments.peek() != kSides[0] && arguments.peek() != kSides[1])
+    arguments.fail("skin not recognized", "left, right" + patches);
   const std::size_t side = read_side(arguments);
   const std::string word = arguments.word("the pad");
   const SkinFault fault = read_fault(arguments, kSkinFaults);
@@ -145,10 +171,12 @@ std::string fault(Impl& sim, Arguments& arguments) {
 constexpr std::array<WorldVerb, 1> kVerbs = {{
     {"fault", fault,
      "[cam left|right stuck|off|noise|slow|none | PART JOINT stuck|weak|off|none | skin left|right PAD|all "
-     "stuck|off|none | clear]",
+     "stuck|off|none | skin PATCH stuck|off|none | clear]",
      "breaks an eye (one picture for ever, black, grain, every fifth picture), a joint (does not turn, has a "
-     "fifth of its torque, or none) or a pad (thumb, index, middle, ring, little, palm: says what it said "
-     "then, or nothing) until reset or clear; without words, what is broken",
+     "fifth of its torque, or none), a pad of a hand (thumb, index, middle, ring, little, palm) or a patch "
+     "of "
+     "skin (left_forearm, right_arm, torso, ...: says what it said then, or nothing) until reset or clear; "
+     "without words, what is broken",
      "world fault left_arm 3 weak"},
 }};
 

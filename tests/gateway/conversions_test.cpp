@@ -97,6 +97,21 @@ TEST(Conversions, TouchedPadsAreTaxels) {
   }
 }
 
+TEST(Conversions, APatchOfSkinIsItsTaxels) {
+  msgs::Touch touch;
+  touch.on(std::vector<bool>(384, false));
+  touch.force_n(std::vector<double>(384, 0.0));
+  touch.force_n()[17] = 0.2;
+  touch.force_n()[383] = 7;
+  const std::vector<View> views = views_of("/r/skin/left_forearm:o", type("nido_msgs/msg/Touch"), nullptr);
+  ASSERT_EQ(views.size(), 2U);
+  EXPECT_EQ(views[1].name, "/r/skin/left_forearm_comp");
+  const yarp::Bottle taxels = *yarp::parse_bottle(views[1].content(&touch).text());
+  ASSERT_EQ(taxels.size(), 384U);
+  for (std::size_t i = 0; i < taxels.size(); ++i)
+    EXPECT_NEAR(taxels[i].as_number(), i == 17 ? 51 : i == 383 ? 255 : 0, 1e-9) << i;
+}
+
 TEST(StreamCommands, AreThoseOfYarpsBoards) {
   const auto parse = [](const char* text) { return parse_stream_command(*yarp::parse_bottle(text)); };
   const StreamCommand one = *parse("([dpo] 3) (45.0)");

@@ -107,11 +107,13 @@ INSTANTIATE_TEST_SUITE_P(FakeOverYarp, CameraContract,
 class YarpTouchRig final : public TouchRig {
  public:
   YarpTouchRig() {
-    server_ = required(serve_touch(link_.server(), link_.stem("left_hand"), fake_, kPeriod_ns, "hand"));
+    server_ = required(serve_touch(link_.server(), link_.stem("left_hand"), fake_, {kPeriod_ns, "hand"}));
     must_hold(server_->publish(clock_.now_ns()));
     link_.wait_for(link_.stem("left_hand_comp"));
     client_ = open_meanwhile(
-        [this] { return yarp::yarp_touch(link_.network(), link_.remote("left_hand_comp"), 20, 1.0); },
+        [this] {
+          return yarp::yarp_touch(link_.network(), link_.remote("left_hand_comp"), {20, 1.0});
+        },
         [this] { step(); });
     advance();
   }

@@ -66,6 +66,47 @@ class SimulatedTouchRig final : public TouchRig {
 INSTANTIATE_TEST_SUITE_P(Simulated, TouchContract,
                          testing::Values([] { return std::make_unique<SimulatedTouchRig>(); }));
 
+// A small ball is pressed a millimetre into a taxel of the forearm, and taken away again.
+class SimulatedSkinRig final : public TouchRig {
+ public:
+  ITouch& touch() override { return *touch_; }
+  void advance() override {
+    const Status stepped = robot_->step_to(robot_->now_ns() + kPeriod_ns);
+    if (!stepped) throw std::runtime_error(stepped.error().message);
+  }
+  [[nodiscard]] int pads() const override { return 384; }
+  // of the middle row, in front and behind
+  [[nodiscard]] int pressed_pad() const override { return 8 * 12 + 5; }
+  [[nodiscard]] int far_pad() const override { return 12 * 12 + 5; }
+  bool press(int pad, bool pressed) override {
+    sim::SimulatedWorld world(robot_);
+    if (!pressed) return world.command("world del ssph 1") == "[ok]";
+    const sim::SkinPatch& patch = robot_->simulation().skin().front();
+    const auto taxel = std::find_if(patch.taxels.begin(), patch.taxels.end(),
+                                    [pad](const sim::Taxel& one) { return one.value == pad; });
+    constexpr double kRadius_m = 0.02;
+    const Eigen::Vector3d p_World_m = required(robot_->simulation().X_WorldLink(patch.link)) *
+                                      (taxel->p_Link_m + (kRadius_m - 0.001) * taxel->out_Link);
+    return world.command("world mk ssph 0.02 " + std::to_string(-p_World_m.y()) + " " +
+                         std::to_string(p_World_m.z() + 0.5976) + " " +
+                         std::to_string(-p_World_m.x() - 0.026) + " 1 0 0") == "[ok]";
+  }
+
+ private:
+  std::shared_ptr<sim::SimulatedRobot> robot_ = simulated_robot();
+  std::unique_ptr<ITouch> touch_ = required(sim::SimulatedSkin::create(robot_, "left_forearm"));
+};
+INSTANTIATE_TEST_SUITE_P(SimulatedSkin, TouchContract,
+                         testing::Values([] { return std::make_unique<SimulatedSkinRig>(); }));
+
+TEST(SimulatedSkin, OtherPatchesAreRefusedByTheirNames) {
+  const auto nobody = sim::SimulatedSkin::create(simulated_robot(), "left_ear");
+  ASSERT_FALSE(nobody.ok());
+  EXPECT_NE(nobody.error().message.find("left_forearm, left_arm, right_forearm, right_arm, torso"),
+            std::string::npos)
+      << nobody.error().message;
+}
+
 TEST(SimulatedCamera, APictureIsThatOfTheMomentWhenTheShutterOpened) {
   // two robots in the same world turn their heads; one is drawn at once, the other while it moves on
   const std::string world = "table: {top_center_m: [-0.4, 0, -0.0826], size_m: [0.4, 0.7]}\n";

@@ -16,6 +16,7 @@
 #include "ode_library.h"
 #include "robot_description.h"
 #include "simulation_impl.h"
+#include "skin.h"
 
 namespace {
 
@@ -85,6 +86,9 @@ void read_robot(const std::string& text) {
   write(path, text);
   const auto read = nido::sim::read_robot(path);
   if (!read) require(!read.error().message.empty(), "a robot refused without a sentence");
+  if (!model) return;
+  const auto skin = nido::sim::read_skin(*model, path);
+  if (!skin) require(!skin.error().message.empty(), "a skin refused without a sentence");
 }
 
 void read_mesh(const std::string& text, const char* suffix) {

@@ -64,7 +64,8 @@ class WorldSnapshotTest : public ::testing::Test {
           "world mk sbox 0.1 0.02 0.1 -0.3 0.55 0.4 1 0.5 0 0", "world friction \"low\" 0.2",
           "world force low 1 0 0 0.5", "world mk box 0.02 0.1 0.02 0.6 1 0 0 0 1",
           "world joint ball box 1 world 0.62 1.05 0", "world mass teddy 0.31", "world light key 0.5",
-          "world fault left_leg 3 off", "world fault skin right palm stuck", "world fault cam left noise"})
+          "world fault left_leg 3 off", "world fault skin right palm stuck", "world fault skin torso off",
+          "world fault cam left noise"})
       EXPECT_EQ(sim->world(line), "[ok]") << line;
     const std::array<int, 3> joints = {0, 1, 3};
     EXPECT_TRUE(sim->command(sim->part_index("left_arm"), JointMode::kPosition, joints,

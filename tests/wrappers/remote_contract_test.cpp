@@ -199,7 +199,7 @@ INSTANTIATE_TEST_SUITE_P(RoomOverDds, SpeakerContract,
 class RemoteTouchRig final : public TouchRig {
  public:
   RemoteTouchRig() {
-    server_ = required(serve_touch(link_.server(), link_.remote("skin"), fake_, kPeriod_ns, "hand"));
+    server_ = required(serve_touch(link_.server(), link_.remote("skin"), fake_, {kPeriod_ns, "hand"}));
     client_ = required(touch_client(link_.client(), link_.options("skin")));
     advance();
   }

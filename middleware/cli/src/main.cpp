@@ -85,6 +85,12 @@ void add_launch(CLI::App& root, LaunchRequest& request) {
         request.options.push_back({"defaults.lockstep", YAML::Node(true), "--lockstep"});
       },
       "the simulator waits for every node at every tick: repeatable");
+  verb->add_flag_callback(
+      "--window",
+      [&request] {
+        request.options.push_back({"robot.window", YAML::Node(true), "--window"});
+      },
+      "shows the simulated world on this computer's display (docs/window.md)");
   verb->add_option("--out", request.out,
                    "folder for what the run leaves behind; out/TIME-APP and out/latest otherwise")
       ->type_name("DIR");

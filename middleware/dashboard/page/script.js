@@ -239,16 +239,17 @@ function showTouch(hands) {
   for (const [port, hand] of Object.entries(hands)) {
     let cells = pads.get(port);
     if (!cells) {
+      const match = port.match(/(\w+)_hand/);
+      const name = match ? match[1] + ' hand' : port.replace(/^.*\/skin\//, '').replace(':o', '').replace('_', ' ');
       cells = hand.on.map((_, i) => {
-        const cell = make('div', padNames[i] || i, 'pad');
+        const cell = make('div', hand.on.length === 1 ? 'all' : padNames[i] || i, 'pad');
         cell.append(make('b', '–'));
         return cell;
       });
       const grid = make('div', undefined, 'pads');
       grid.append(...cells);
       if (!pads.size) $('touch').replaceChildren();
-      const match = port.match(/(\w+)_hand/);
-      $('touch').append(make('h3', match ? match[1] + ' hand' : port), grid);
+      $('touch').append(make('h3', name), grid);
       pads.set(port, cells);
     }
     hand.on.forEach((on, i) => {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <numeric>
 
 #include "nido/middleware/typed_port.h"
 
@@ -153,6 +154,14 @@ nlohmann::json Feeds::touch() {
   auto pads = nlohmann::json::object();
   for (auto& [port, input] : touch_) {
     if (const auto state = input->take_latest()) {
+      // a patch of skin has hundreds of taxels: their sum says enough
+      constexpr std::size_t kMostPads = 12;
+      if (state->on().size() > kMostPads) {
+        const bool any = std::find(state->on().begin(), state->on().end(), true) != state->on().end();
+        const double sum_N = std::accumulate(state->force_n().begin(), state->force_n().end(), 0.0);
+        pads[port] = {{"on", nlohmann::json::array({any})}, {"force_n", nlohmann::json::array({sum_N})}};
+        continue;
+      }
       auto on = nlohmann::json::array();
       for (const bool one : state->on()) on.push_back(one);
       pads[port] = {{"on", on}, {"force_n", state->force_n()}};

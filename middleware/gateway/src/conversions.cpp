@@ -30,6 +30,7 @@ struct Taxels {
 constexpr std::array<Taxels, 6> kHandTaxels = {{{48, 12}, {0, 12}, {12, 12}, {24, 12}, {36, 12}, {96, 48}}};
 constexpr std::size_t kHandTaxelCount = 192;
 constexpr double kTouched = 255;
+constexpr double kFullScale_N = 1;  // of a taxel of a patch
 
 double seconds(const msgs::Header& header) {
   return static_cast<double>(header.stamp().sec()) + static_cast<double>(header.stamp().nanosec()) * 1e-9;
@@ -157,6 +158,14 @@ Content skin(const msgs::Touch& touch) {
   return Content(yarp::vector_bottle(taxels));
 }
 
+// A number for each taxel of a patch, 255 from the full scale on.
+Content patch(const msgs::Touch& touch) {
+  std::vector<double> taxels;
+  for (const double force_N : touch.force_n())
+    taxels.push_back(kTouched * std::clamp(force_N / kFullScale_N, 0.0, 1.0));
+  return Content(yarp::vector_bottle(taxels));
+}
+
 Content inertial(const msgs::Imu& imu) {
   const Eigen::Quaterniond q(imu.orientation().w(), imu.orientation().x(), imu.orientation().y(),
                              imu.orientation().z());
@@ -207,6 +216,12 @@ std::vector<View> views_of(const std::string& output, const AnyType& type,
     vector_view(without_end(output, ":o") + "_comp", "192 taxels of a hand's skin, 0 or 255",
                 &time_of_message<msgs::Touch>,
                 [](const void* message) { return skin(*static_cast<const msgs::Touch*>(message)); });
+  }
+  if (type.name == "nido_msgs/msg/Touch" && output.find("/skin/") != std::string::npos &&
+      ends_with(output, ":o") && !ends_with(output, "_hand:o")) {
+    vector_view(without_end(output, ":o") + "_comp", "a patch of skin, 0..255 a taxel; 255: 1 N or more",
+                &time_of_message<msgs::Touch>,
+                [](const void* message) { return patch(*static_cast<const msgs::Touch*>(message)); });
   }
   if (type.name == "geometry_msgs/msg/WrenchStamped" && ends_with(output, "/ft:o")) {
     vector_view(without_end(output, "/ft:o") + "/analog:o", "force (N) and torque (N m), six numbers",

@@ -12,12 +12,10 @@
 namespace nido {
 namespace {
 
-constexpr int kPads = 6;
-
 class TouchServer final : public IServer {
  public:
-  TouchServer(std::string stem, ITouch& touch, std::int64_t period_ns, std::string frame_id)
-      : stem_(std::move(stem)), touch_(touch), due_(period_ns), frame_id_(std::move(frame_id)) {}
+  TouchServer(std::string stem, ITouch& touch, const TouchServing& serving)
+      : stem_(std::move(stem)), touch_(touch), due_(serving.period_ns), serving_(serving) {}
 
   Status open(Node& node) {
     auto output = node.open_output<msgs::Touch>(stem_ + ":o", Profile::kState);
@@ -28,9 +26,10 @@ class TouchServer final : public IServer {
 
   Status publish(std::int64_t now_ns) override {
     if (!due_.at(now_ns)) return {};
+    if (serving_.on_demand && output_->reader_count() == 0) return {};
     Result<TouchReading> reading = touch_.read_touch();
     if (!reading) return Error{reading.error().code, stem_ + ": " + reading.error().message};
-    message_.header(header(reading->stamp_ns, frame_id_));
+    message_.header(header(reading->stamp_ns, serving_.frame_id));
     message_.on().assign(reading->on.begin(), reading->on.end());
     message_.force_n(std::move(reading->force_N));
     return output_->write(message_);
@@ -40,14 +39,14 @@ class TouchServer final : public IServer {
   const std::string stem_;
   ITouch& touch_;
   Due due_;
-  const std::string frame_id_;
+  const TouchServing serving_;
   msgs::Touch message_;
   std::unique_ptr<Output<msgs::Touch>> output_;
 };
 
 class TouchClient final : public ITouch {
  public:
-  explicit TouchClient(ClientOptions options) : options_(std::move(options)) {}
+  TouchClient(ClientOptions options, int pads) : options_(std::move(options)), pads_(pads) {}
 
   Status open(Node& node) {
     auto input = open_connected<msgs::Touch>(node, options_, "", Profile::kState, 4);
@@ -56,15 +55,16 @@ class TouchClient final : public ITouch {
     return {};
   }
 
-  int pads() const override { return kPads; }
+  int pads() const override { return pads_; }
 
   Result<TouchReading> read_touch() const override {
     const std::lock_guard lock(mutex_);
     if (std::optional<msgs::Touch> message = input_->take_latest()) {
       const std::size_t pads = message->on().size();
-      if (pads != kPads || message->force_n().size() != kPads) {
-        return Error{ErrorCode::kFailed,
-                     options_.remote + ":o: expected 6 pads, got " + std::to_string(pads)};
+      const auto expected = static_cast<std::size_t>(pads_);
+      if (pads != expected || message->force_n().size() != expected) {
+        return Error{ErrorCode::kFailed, options_.remote + ":o: expected " + std::to_string(pads_) +
+                                             " pads, got " + std::to_string(pads)};
       }
       TouchReading reading;
       reading.stamp_ns = to_ns(message->header().stamp());
@@ -78,6 +78,7 @@ class TouchClient final : public ITouch {
 
  private:
   const ClientOptions options_;
+  const int pads_;
   mutable std::mutex mutex_;
   std::unique_ptr<Input<msgs::Touch>> input_;
   mutable std::optional<TouchReading> newest_;
@@ -86,14 +87,14 @@ class TouchClient final : public ITouch {
 }  // namespace
 
 Result<std::unique_ptr<IServer>> serve_touch(Node& node, const std::string& stem, ITouch& touch,
-                                             std::int64_t period_ns, const std::string& frame_id) {
-  auto server = std::make_unique<TouchServer>(stem, touch, period_ns, frame_id);
+                                             const TouchServing& serving) {
+  auto server = std::make_unique<TouchServer>(stem, touch, serving);
   if (Status opened = server->open(node); !opened) return opened.error();
   return std::unique_ptr<IServer>(std::move(server));
 }
 
-Result<std::unique_ptr<ITouch>> touch_client(Node& node, const ClientOptions& options) {
-  auto client = std::make_unique<TouchClient>(options);
+Result<std::unique_ptr<ITouch>> touch_client(Node& node, const ClientOptions& options, int pads) {
+  auto client = std::make_unique<TouchClient>(options, pads);
   if (Status opened = client->open(node); !opened) return opened.error();
   return std::unique_ptr<ITouch>(std::move(client));
 }

@@ -77,30 +77,35 @@ class NumbersPort {
 
 class RemoteTouch final : public ITouch {
  public:
-  RemoteTouch(std::shared_ptr<Network> network, const RemoteDevice& device, double threshold,
-              double full_scale_N)
-      : port_(std::move(network), device, kHandTaxels), threshold_(threshold), full_scale_N_(full_scale_N) {}
+  RemoteTouch(std::shared_ptr<Network> network, const RemoteDevice& device, const TouchScale& scale)
+      : port_(std::move(network), device,
+              scale.taxels == 0 ? kHandTaxels : static_cast<std::size_t>(scale.taxels)),
+        scale_(scale) {}
   Status open() { return port_.open(); }
-  int pads() const override { return kPads; }
+  int pads() const override { return scale_.taxels == 0 ? kPads : scale_.taxels; }
   Result<TouchReading> read_touch() const override {
     const auto reading = port_.read();
     if (!reading) return reading.error();
     TouchReading touch;
     touch.stamp_ns = reading->stamp_ns;
+    const auto add = [&](double value) {
+      constexpr double kFullScale = 255.0;
+      touch.on.push_back(value > scale_.threshold);
+      touch.force_N.push_back(touch.on.back() ? value / kFullScale * scale_.full_scale_N : 0.0);
+    };
+    for (int taxel = 0; taxel < scale_.taxels; ++taxel)
+      add(reading->numbers[static_cast<std::size_t>(taxel)]);
+    if (scale_.taxels > 0) return touch;
     for (const auto& [first, count] : kPadTaxels) {
       const auto begin = reading->numbers.begin() + static_cast<std::ptrdiff_t>(first);
-      const double strongest = *std::max_element(begin, begin + static_cast<std::ptrdiff_t>(count));
-      constexpr double kFullScale = 255.0;
-      touch.on.push_back(strongest > threshold_);
-      touch.force_N.push_back(strongest > threshold_ ? strongest / kFullScale * full_scale_N_ : 0.0);
+      add(*std::max_element(begin, begin + static_cast<std::ptrdiff_t>(count)));
     }
     return touch;
   }
 
  private:
   NumbersPort port_;
-  const double threshold_;
-  const double full_scale_N_;
+  const TouchScale scale_;
 };
 
 class RemoteForceTorque final : public IForceTorque {
@@ -339,8 +344,8 @@ Result<std::unique_ptr<ICamera>> yarp_camera(std::shared_ptr<Network> network, c
   return opened<ICamera>(std::make_unique<RemoteCamera>(std::move(network), device, info));
 }
 Result<std::unique_ptr<ITouch>> yarp_touch(std::shared_ptr<Network> network, const RemoteDevice& device,
-                                           double threshold, double full_scale_N) {
-  return opened<ITouch>(std::make_unique<RemoteTouch>(std::move(network), device, threshold, full_scale_N));
+                                           const TouchScale& scale) {
+  return opened<ITouch>(std::make_unique<RemoteTouch>(std::move(network), device, scale));
 }
 Result<std::unique_ptr<IForceTorque>> yarp_force_torque(std::shared_ptr<Network> network,
                                                         const RemoteDevice& device) {

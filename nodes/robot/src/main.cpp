@@ -1,5 +1,5 @@
-// nido-robot: the robot process. Usage: nido-robot CONFIG [--domain N] [--set KEY=VALUE]..., or --node FILE
-// as the launcher does. docs/robot.md
+// nido-robot: the robot process. Usage: nido-robot CONFIG [--window] [--domain N] [--set KEY=VALUE]..., or
+// --node FILE as the launcher does. docs/robot.md
 
 #include <malloc.h>
 
@@ -51,6 +51,9 @@ Status run(Node& node) {
     clock = std::move(*control);
     (*robot)->set_clock([&clock](const std::string& line) { return clock->command(line); });
   }
+  if (settings->window || file->window) {
+    if (Status opened = (*robot)->open_window(); !opened) return opened;
+  }
   if (Status published = (*robot)->publish(); !published) return published;
   // reading meshes, textures and the body leaves megabytes behind that nobody needs any more
   malloc_trim(0);
@@ -71,6 +74,13 @@ int main(int argc, char** argv) {
   if (argc > 1 && argv[1][0] != '-') {
     arguments[1] = "robot_file=" + arguments[1];
     arguments.insert(arguments.begin() + 1, "--set");
+  }
+  // and --window is --set window=true
+  for (std::size_t i = 1; i < arguments.size(); ++i) {
+    if (arguments[i] != "--window") continue;
+    arguments[i] = "window=true";
+    arguments.insert(arguments.begin() + static_cast<std::ptrdiff_t>(i), "--set");
+    ++i;
   }
   std::vector<char*> pointers;
   for (std::string& argument : arguments) pointers.push_back(argument.data());

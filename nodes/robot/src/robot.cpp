@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "nido/simulator/devices/simulated_robot.h"
+#include "nido/simulator/window/window.h"
 #include "nido/wrappers/servers.h"
 #include "nido/wrappers/task_wrappers.h"
 #include "nido/yarp/devices.h"
@@ -22,6 +23,8 @@ struct Overloaded : Handlers... {
 };
 
 }  // namespace
+
+Robot::Robot(Node& node, std::int64_t start_ns) : node_(node), clock_(start_ns) {}
 
 Robot::~Robot() = default;
 
@@ -173,7 +176,7 @@ Status Robot::add_server(const ServerEntry& entry) {
             return serve_depth(node_, port, *camera, period_ns, entry.frame);
           },
           [&](std::unique_ptr<ITouch>& touch) -> Opened {
-            return serve_touch(node_, port, *touch, period_ns, entry.frame);
+            return serve_touch(node_, port, *touch, {period_ns, entry.frame, entry.on_demand});
           },
           [&](std::unique_ptr<IAudioGrabberSound>& audio) -> Opened {
             return serve_audio(node_, port, *audio, period_ns, entry.frame);
@@ -195,6 +198,19 @@ Status Robot::add_server(const ServerEntry& entry) {
       found->device);
   if (!server) return server.error();
   servers_.push_back(std::move(*server));
+  return {};
+}
+
+Status Robot::open_window() {
+  if (!simulated_)
+    return Error{ErrorCode::kInvalidArgument,
+                 "a window shows a simulated world, and this robot has none: leave out --window"};
+  sim::WindowOptions options;
+  options.title = node_.options().name;
+  options.report = [this](const std::string& sentence) { node_.log_info(sentence); };
+  Result<std::unique_ptr<sim::Window>> window = sim::Window::open(simulated_, std::move(options));
+  if (!window) return window.error();
+  window_ = std::move(*window);
   return {};
 }
 

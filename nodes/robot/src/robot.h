@@ -14,6 +14,10 @@
 #include "src/heartbeat.h"
 #include "src/robot_file.h"
 
+namespace nido::sim {
+class Window;
+}
+
 namespace nido {
 
 // The devices of a robot file, each control board under its limits, and their servers. One thread calls it;
@@ -32,6 +36,9 @@ class Robot {
   Status publish();
   // Whether time is made by a robot on a network, and not by this process.
   [[nodiscard]] bool has_far_time() const { return yarp_network_ != nullptr; }
+  // Shows the simulated world in a window until it is closed. kInvalidArgument without a simulator,
+  // kNotFound without a display. After set_clock().
+  Status open_window();
   // How the world port asks the owner of the clock; nothing without a simulator. Before the first step.
   void set_clock(std::function<std::string(const std::string&)> clock);
   // Waits for the end of the control period that began at now_ns, by the far robot's time: usually period_ns
@@ -43,7 +50,7 @@ class Robot {
   Status step_to(std::int64_t now_ns);
 
  private:
-  Robot(Node& node, std::int64_t start_ns) : node_(node), clock_(start_ns) {}
+  Robot(Node& node, std::int64_t start_ns);
   Status make_safety(const RobotFile& file);
   Status add_device(const DeviceEntry& entry, const SafetyEntry& safety, DeviceContext& context);
   Status add_server(const ServerEntry& entry);
@@ -74,6 +81,7 @@ class Robot {
   std::vector<std::unique_ptr<IServer>> servers_;
   std::unique_ptr<Node::Service> estop_service_;
   std::unique_ptr<Heartbeat> heartbeat_;
+  std::unique_ptr<sim::Window> window_;  // asks the simulation as clients do
 };
 
 }  // namespace nido

@@ -52,7 +52,7 @@ const Schema& server_schema() {
        {.key = "on_demand",
         .kind = ValueKind::kFlag,
         .fallback = "false",
-        .meaning = "only while somebody is connected (cameras)"}}};
+        .meaning = "only while somebody is connected (cameras, skin)"}}};
   return schema;
 }
 
@@ -129,6 +129,9 @@ Result<RobotFile> load_robot_file(const std::filesystem::path& path) {
   file.simulated_time = (*checked)["clock"].as<std::string>() == "simulated";
   file.period_s = (*checked)["period_s"].as<double>();
   file.simulation = own_map(*document, "simulation");
+  // its other keys are for the simulator, which checks this one too
+  if (const YAML::Node window = file.simulation["window"]; window && window.IsScalar())
+    YAML::convert<bool>::decode(window, file.window);
   if (const YAML::Node body = (*checked)["body"]) {
     file.body = {body["urdf"].as<std::string>(), body["rate_hz"].as<double>()};
   }

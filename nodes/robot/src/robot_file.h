@@ -40,6 +40,7 @@ struct RobotFile {
   std::string robot;            // first part of all port names: "icubSim"
   bool simulated_time = false;  // the robot process makes /clock; else the computer's clock
   double period_s = 0.01;       // control period
+  bool window = false;          // the simulation is shown on this computer's display
   YAML::Node simulation;        // parameters of the simulator; empty map unless a device needs one
   BodyEntry body;
   SafetyEntry safety;

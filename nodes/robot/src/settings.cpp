@@ -45,6 +45,10 @@ const Schema& settings_schema() {
         .kind = ValueKind::kFlag,
         .fallback = "false",
         .meaning = "time begins when `nido clock run` says so"},
+       {.key = "window",
+        .kind = ValueKind::kFlag,
+        .fallback = "false",
+        .meaning = "shows the simulated world on this computer's display"},
        {.key = "lockstep",
         .kind = ValueKind::kAnyMap,
         .fallback = "{}",
@@ -81,6 +85,7 @@ Result<RobotSettings> read_settings(const YAML::Node& parameters, std::uint64_t 
   if (const auto rate = values["rate"].as<std::string>(); rate != "max")
     settings.rate = values["rate"].as<double>();
   settings.is_paused = values["paused"].as<bool>();
+  settings.window = values["window"].as<bool>();
   const YAML::Node audio = values["audio"];
   settings.run.audio = {audio["source"].as<std::string>(), audio["file"].as<std::string>(),
                         audio["text"].as<std::string>(), audio["voice"].as<std::string>(),

@@ -15,6 +15,7 @@ namespace nido {
 struct RobotSettings {
   std::filesystem::path robot_file;
   std::optional<double> rate;  // simulated seconds per second; none: as fast as possible
+  bool window = false;         // on this computer's display
   bool is_paused = false;      // time begins when somebody says so (nido clock run)
   RunSettings run;
 };

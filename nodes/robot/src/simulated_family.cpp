@@ -37,6 +37,10 @@ const Schema& simulation_schema() {
         .fallback = "out/scenes",
         .meaning =
             "where the world port keeps scenes and snapshots, seen from where the process was started"},
+       {.key = "window",
+        .kind = ValueKind::kFlag,
+        .fallback = "false",
+        .meaning = "shows the world on this computer's display"},
        {.key = "antialiasing",
         .kind = ValueKind::kInteger,
         .fallback = "4",
@@ -214,6 +218,12 @@ std::vector<DeviceKind> simulated_family() {
              const sim::Hand hand =
                  parameters["hand"].as<std::string>() == "left" ? sim::Hand::kLeft : sim::Hand::kRight;
              return MadeDevice{std::unique_ptr<ITouch>(std::make_unique<sim::SimulatedTouch>(robot, hand))};
+           }),
+      kind("sim/skin",
+           {{.key = "patch", .required = true, .meaning = "which one of the robot's description"}},
+           [](const YAML::Node& parameters, const Robot& robot, std::uint64_t) -> Result<MadeDevice> {
+             return as_device<ITouch>(
+                 sim::SimulatedSkin::create(robot, parameters["patch"].as<std::string>()));
            }),
       kind("sim/world", {},
            [](const YAML::Node&, const Robot& robot, std::uint64_t) -> Result<MadeDevice> {

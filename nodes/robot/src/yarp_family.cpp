@@ -118,10 +118,13 @@ std::vector<DeviceKind> yarp_family() {
            }),
       kind("yarp/touch",
            {number("threshold", "20", "above which a taxel (0..255) is touched", 0, 254),
-            number("full_scale_N", "1", "force of a taxel at 255, N", 0.001, 1000)},
+            number("full_scale_N", "1", "force of a taxel at 255, N", 0.001, 1000),
+            whole("taxels", "0", "of a patch of skin, a pad each; 0: a hand and its six pads", 0, 12000)},
            [](const Network& network, const Remote& remote, const YAML::Node& parameters) {
-             return yarp::yarp_touch(network, remote, parameters["threshold"].as<double>(),
-                                     parameters["full_scale_N"].as<double>());
+             return yarp::yarp_touch(
+                 network, remote,
+                 {parameters["threshold"].as<double>(), parameters["full_scale_N"].as<double>(),
+                  parameters["taxels"].as<int>()});
            }),
       kind("yarp/force_torque", {},
            [](const Network& network, const Remote& remote, const YAML::Node&) {

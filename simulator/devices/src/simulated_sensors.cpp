@@ -15,6 +15,34 @@ Result<TouchReading> SimulatedTouch::read_touch() const {
   return reading;
 }
 
+Result<std::unique_ptr<SimulatedSkin>> SimulatedSkin::create(std::shared_ptr<SimulatedRobot> robot,
+                                                             const std::string& patch) {
+  const std::lock_guard lock(robot->mutex());
+  const std::vector<SkinPatch>& patches = robot->simulation().skin();
+  std::string names;
+  for (std::size_t i = 0; i < patches.size(); ++i) {
+    if (patches[i].name == patch)
+      return std::unique_ptr<SimulatedSkin>(new SimulatedSkin(robot, i, patches[i].values));
+    names += (names.empty() ? "" : ", ") + patches[i].name;
+  }
+  return Error{ErrorCode::kNotFound, "the robot's description has no patch of skin '" + patch + "'; it has " +
+                                         (names.empty() ? "none" : names)};
+}
+
+Result<TouchReading> SimulatedSkin::read_touch() const {
+  const std::lock_guard lock(robot_->mutex());
+  TouchReading reading;
+  reading.stamp_ns = robot_->now_ns();
+  reading.on.assign(values_, false);
+  reading.force_N.assign(values_, 0);
+  for (const TaxelForce& taxel : robot_->simulation().skin_touch(patch_)) {
+    const auto value = static_cast<std::size_t>(taxel.value);
+    reading.on[value] = true;
+    reading.force_N[value] = taxel.force_N;
+  }
+  return reading;
+}
+
 std::string SimulatedWorld::command(const std::string& line) {
   std::string request;
   SimulatedRobot::ClockCommand clock;

@@ -14,6 +14,7 @@
 #include "nido/simulator/faults.h"
 #include "nido/simulator/joints.h"
 #include "nido/simulator/scene.h"
+#include "nido/simulator/skin.h"
 
 namespace nido::sim {
 
@@ -157,6 +158,11 @@ class Simulation {
   // -- sensors
   // ------------------------------------------------------------------------------------------------------
   [[nodiscard]] const HandTouch& touch(Hand hand) const;
+  // Patches of skin that the robot's description names; never changes.
+  [[nodiscard]] const std::vector<SkinPatch>& skin() const;
+  // Taxels of a patch that feel something that is not the robot, in the order of their values; mostly none.
+  // Their forces sum to the normal forces of the contacts on the patch, but for contacts beside its taxels.
+  [[nodiscard]] const std::vector<TaxelForce>& skin_touch(std::size_t patch) const;
   // Camera frame of an eye: z along the optical axis, x to the right and y down in the image.
   [[nodiscard]] Eigen::Isometry3d X_WorldCamera(Eye eye) const;
   // What the camera of an eye does instead of its work; the world port says so.

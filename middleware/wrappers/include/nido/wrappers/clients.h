@@ -26,8 +26,8 @@ struct ClientOptions {
 // STEM/rpc:i and waits for the answer.
 Result<std::unique_ptr<IControlBoard>> control_board_client(Node& node, const ClientOptions& options);
 Result<std::unique_ptr<ICamera>> camera_client(Node& node, const ClientOptions& options);
-// Six pads.
-Result<std::unique_ptr<ITouch>> touch_client(Node& node, const ClientOptions& options);
+// Six pads of a hand; as many as the far side has of a patch of skin.
+Result<std::unique_ptr<ITouch>> touch_client(Node& node, const ClientOptions& options, int pads = 6);
 // start() and stop() begin and end to keep what comes; the server goes on.
 Result<std::unique_ptr<IAudioGrabberSound>> audio_client(Node& node, const ClientOptions& options);
 // A sound that the far side refuses is in its log; what is refused here never leaves.

@@ -39,9 +39,15 @@ struct CameraServing {
 Result<std::unique_ptr<IServer>> serve_camera(Node& node, const std::string& stem, ICamera& camera,
                                               const CameraServing& serving);
 
+struct TouchServing {
+  std::int64_t period_ns = 0;
+  std::string frame_id{};
+  bool on_demand = false;  // published only while somebody reads
+};
+
 // STEM:o Touch (profile state).
 Result<std::unique_ptr<IServer>> serve_touch(Node& node, const std::string& stem, ITouch& touch,
-                                             std::int64_t period_ns, const std::string& frame_id);
+                                             const TouchServing& serving);
 
 // STEM:o Audio (profile event) in pieces of a period. Starts the device.
 Result<std::unique_ptr<IServer>> serve_audio(Node& node, const std::string& stem, IAudioGrabberSound& audio,

@@ -99,10 +99,15 @@ Result<std::unique_ptr<IControlBoard>> yarp_control_board(std::shared_ptr<Networ
 // lens.
 Result<std::unique_ptr<ICamera>> yarp_camera(std::shared_ptr<Network> network, const RemoteDevice& device,
                                              const CameraInfo& info);
-// REMOTE: 192 taxels of a hand. A pad is touched when a taxel of it is above `threshold` (of 255); 255 is
-// full_scale_N.
+// What a taxel's number, 0..255, says.
+struct TouchScale {
+  double threshold = 20;    // above it the taxel is touched
+  double full_scale_N = 1;  // of a taxel at 255
+  int taxels = 0;           // of a patch of skin, a pad each; 0: of a hand, whose 192 are six pads
+};
+// REMOTE: taxels. A pad is touched when a taxel of it is.
 Result<std::unique_ptr<ITouch>> yarp_touch(std::shared_ptr<Network> network, const RemoteDevice& device,
-                                           double threshold, double full_scale_N);
+                                           const TouchScale& scale);
 // REMOTE: six numbers, force and torque.
 Result<std::unique_ptr<IForceTorque>> yarp_force_torque(std::shared_ptr<Network> network,
                                                         const RemoteDevice& device);

@@ -22,6 +22,24 @@ class SimulatedTouch final : public ITouch {
   Hand hand_;
 };
 
+// A patch of a simulated robot's skin: a pad for each value of its port. Thread-safe.
+class SimulatedSkin final : public ITouch {
+ public:
+  // patch: "left_forearm", ...; kNotFound, with the names that exist, for any other.
+  static Result<std::unique_ptr<SimulatedSkin>> create(std::shared_ptr<SimulatedRobot> robot,
+                                                       const std::string& patch);
+  [[nodiscard]] int pads() const override { return static_cast<int>(values_); }
+  [[nodiscard]] Result<TouchReading> read_touch() const override;
+
+ private:
+  SimulatedSkin(std::shared_ptr<SimulatedRobot> robot, std::size_t patch, std::size_t values)
+      : robot_(std::move(robot)), patch_(patch), values_(values) {}
+
+  const std::shared_ptr<SimulatedRobot> robot_;
+  const std::size_t patch_;
+  const std::size_t values_;
+};
+
 // The simulated world, by text. Thread-safe.
 class SimulatedWorld final : public IWorld {
  public:
