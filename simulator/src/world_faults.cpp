@@ -174,9 +174,8 @@ constexpr std::array<WorldVerb, 1> kVerbs = {{
      "stuck|off|none | skin PATCH stuck|off|none | clear]",
      "breaks an eye (one picture for ever, black, grain, every fifth picture), a joint (does not turn, has a "
      "fifth of its torque, or none), a pad of a hand (thumb, index, middle, ring, little, palm) or a patch "
-     "of "
-     "skin (left_forearm, right_arm, torso, ...: says what it said then, or nothing) until reset or clear; "
-     "without words, what is broken",
+     "of skin (left_forearm, right_arm, torso, ...: says what it said then, or nothing) until reset or "
+     "clear; without words, what is broken",
      "world fault left_arm 3 weak"},
 }};
 

@@ -7,8 +7,8 @@
 
 namespace nido {
 
-// What touches a hand or a patch of skin. Pads of a hand: thumb, index, middle, ring, little finger tip, palm.
-// Of a patch: one a value of the robot's skin port (docs/skin.md), also those that no taxel stands for.
+// What touches a hand or a patch of skin. Pads of a hand: thumb, index, middle, ring, little finger tip,
+// palm. Of a patch: one a value of the robot's skin port (docs/skin.md), also those that no taxel stands for.
 struct TouchReading {
   std::int64_t stamp_ns = 0;    // time of the measurement, of the robot's clock
   std::vector<bool> on;         // (pads) contact with anything that is not the robot
