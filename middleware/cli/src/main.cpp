@@ -88,7 +88,7 @@ void add_launch(CLI::App& root, LaunchRequest& request) {
   verb->add_flag_callback(
       "--window",
       [&request] {
-        request.options.push_back({"robot.window", YAML::Node(true), "--window"});
+        request.options.push_back({"processes.robot.parameters.window", YAML::Node(true), "--window"});
       },
       "shows the simulated world on this computer's display (docs/window.md)");
   verb->add_option("--out", request.out,
