@@ -77,8 +77,8 @@ Accuracy measure_accuracy(int tables, std::uint64_t first_seed, const vision::Te
       if (!stage.simulation().step(0.03).ok()) break;
       auto inputs = stage.inputs(true);
       if (hardship.noise_levels > 0) {
-        noise[0].apply(*inputs.left);
-        noise[1].apply(*inputs.right);
+        noise[0].apply(*inputs.left, static_cast<std::uint64_t>(t * 5 + frame));
+        noise[1].apply(*inputs.right, static_cast<std::uint64_t>(t * 5 + frame));
       }
       const auto begin = std::chrono::steady_clock::now();
       out = core->step(Time{stage.simulation().time_ns()}, std::move(inputs));

@@ -75,7 +75,8 @@ fs::path folder_of(const Request& request, int trial) {
                       fmt::format("body-{}", request.seed + static_cast<std::uint64_t>(trial)));
 }
 
-Result<std::vector<Point>> trial_of(const Request& request, int trial, int domain, const fs::path& robots) {
+Result<std::vector<Point>> trial_of(const Request& request, int trial, const Lane& lane,
+                                    const fs::path& robots) {
   const std::uint64_t seed = request.seed + static_cast<std::uint64_t>(trial);
   const fs::path folder = folder_of(request, trial);
   const BodyCorrections body = draw_wrong_body(seed, kSide);
@@ -87,7 +88,7 @@ Result<std::vector<Point>> trial_of(const Request& request, int trial, int domai
         "max", "--lockstep", "--set", fmt::format("calibration.poses={}", request.poses + request.test_poses),
         "--set", "calibration.views_file=" + views.string()},
        folder.string()},
-      domain);
+      lane);
   if (!ran) return ran.error();
   auto file = load_views(views);
   if (!file) return file.error();
@@ -190,7 +191,7 @@ Status run(const Request& request) {
                       .domain = request.domain,
                       .total = request.trials};
   return run_pieces<std::vector<Point>>(
-      pieces, [&](int trial, int domain) { return trial_of(request, trial, domain, robots); },
+      pieces, [&](int trial, const Lane& lane) { return trial_of(request, trial, lane, robots); },
       [&](const std::map<int, std::vector<Point>>& done) { return make_report(request, done); });
 }
 
