@@ -50,8 +50,10 @@ GraspLab::GraspLab(const LabThing& thing, GraspCore::Policy policy) : thing_(thi
   if (made) make_thing();
   arm_ = simulation_->part_index("right_arm");
   torso_ = simulation_->part_index("torso");
-  const reach::SettingsPaths paths{config("robots/icub.urdf"), config("robots/grasp_postures.yaml"),
-                                   config("weights/reach_posture.txt"), config("weights/reach_hand.txt")};
+  const reach::SettingsPaths paths{.urdf = config("robots/icub.urdf"),
+                                   .postures = config("robots/grasp_postures.yaml"),
+                                   .posture_weights = config("weights/reach_posture.txt"),
+                                   .hand_weights = config("weights/reach_hand.txt")};
   reach_ = std::make_unique<reach::ReachCore>(
       required(reach::make_reach_core(paths, "right", false, reach::default_planner_options())));
   grasp_ = std::make_unique<GraspCore>(required(load_grasp_options(paths.urdf, paths.postures, "right")),

@@ -17,9 +17,10 @@ namespace nido {
 [[nodiscard]] std::string cartesian_reply(ICartesianControl& hand, const std::string& line);
 //     look at -0.4 0.1 0.0
 //     look pixel left 120 80 0.5     at what is seen there, 0.5 m away
-//     look pixels 120 80 112 80      at what is seen at one place in the left picture, another in the right one
-//     look angles abs 10 -5 4        azimuth, elevation, vergence, degrees; rel: from where the eyes look now
-//     get state   -> [is] state TIME MOVING (X Y Z) OFF_PX (AZIMUTH ELEVATION VERGENCE) (TORSO x 3) (HEAD x 6)
+//     look pixels 120 80 112 80      at what is seen at one place in the left picture, another in the right
+//     one look angles abs 10 -5 4        azimuth, elevation, vergence, degrees; rel: from where the eyes look
+//     now get state   -> [is] state TIME MOVING (X Y Z) OFF_PX (AZIMUTH ELEVATION VERGENCE) (TORSO x 3) (HEAD
+//     x 6)
 //                    (LEFT EYE x 7) (RIGHT EYE x 7) [ok]     where the eyes meet; degrees; poses as above
 //     stop
 [[nodiscard]] std::string gaze_reply(IGazeControl& gaze, const std::string& line);
