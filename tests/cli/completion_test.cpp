@@ -55,7 +55,7 @@ TEST(Completion, PortsAreThoseThatAreThere) {
     return has(completed({"port", "read", "--domain", domain, ""}), "/clock");
   }));
   EXPECT_EQ(completed({"port", "write", "--domain", domain, "/body/"}), Words{"/body/command:i"});
-  EXPECT_EQ(completed({"port", "rpc", "--domain", domain, ""}), Words{"/robot/control"});
+  EXPECT_EQ(completed({"port", "rpc", "--domain", domain, ""}), (Words{"/body/estop", "/robot/control"}));
   EXPECT_EQ(completed({"node", "info", "--domain", domain, ""}), Words{"robot"});
 }
 
