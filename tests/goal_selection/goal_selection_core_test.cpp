@@ -33,6 +33,8 @@ class FakeBody {
   std::string held;
   std::vector<std::string> asked;  // "reach pregrasp", "grasp open", "look object blue cube", ...
   std::vector<ActionCommand> reach_commands;
+  std::vector<std::string> grasp_objects;     // as the fingers are told
+  std::map<std::string, std::string> shapes;  // of things whose names do not say it
 
   FakeBody() {
     put("blue cube", {-0.30, 0.10, -0.0576});
@@ -52,6 +54,7 @@ class FakeBody {
         object.name = name;
         object.colour = name.substr(0, name.find(' '));
         object.shape = name.substr(name.find(' ') + 1);
+        if (const auto shape = shapes.find(name); shape != shapes.end()) object.shape = shape->second;
         object.confidence = 0.9;
         object.p_RootObject_m = thing.p;
         object.size_m = thing.size;
@@ -83,6 +86,7 @@ class FakeBody {
     }
     for (const auto& command : out.grasp) {
       grasp_ = {command, now + 1.0, "", false};
+      grasp_objects.push_back(command.object);
       asked.push_back("grasp " + command.action);
       if (fail_grasp[command.action]-- > 0) grasp_.reason = "the fingers met nothing";
     }
@@ -133,7 +137,10 @@ class FakeBody {
       if (empty_grasps-- > 0) {
         false_touch_until_ = now + 10.0;
       } else {
-        held = command.object;
+        // hands are told the shape of a thing after its name
+        for (const auto& [name, thing] : things) {
+          if (command.object.starts_with(name)) held = name;
+        }
       }
     } else if (command.action == "open") {
       held.clear();
@@ -311,6 +318,28 @@ TEST_F(GoalSelectionCoreTest, AnUnknownTextIsNoPhraseEither) {
   run("eat blue cube");
   EXPECT_TRUE(failed_);
   EXPECT_EQ(body_.asked, Stages{"look hand right"});
+}
+
+TEST_F(GoalSelectionCoreTest, ATaughtThingIsTakenLikeAKnownOneOfItsShape) {
+  body_.put("lemon", {-0.30, 0.10, -0.0576});
+  body_.shapes["lemon"] = "cube";
+  body_.things.erase("blue cube");
+  run("drop lemon into basket");
+  EXPECT_TRUE(done_) << story();
+  EXPECT_EQ(body_.grasp_objects.front(), "lemon cube");
+  EXPECT_EQ(body_.reach_commands.front().object, "lemon cube");
+  run("grasp lemon");
+  EXPECT_TRUE(done_) << story();
+  run("lemon");  // the eyes know it
+  EXPECT_TRUE(done_) << story();
+  EXPECT_NE(story_.back().text.find("I look at the lemon"), std::string::npos) << story();
+}
+
+TEST_F(GoalSelectionCoreTest, ANameThatSomebodyGaveIsLookedFor) {
+  hear("this is a lemon");
+  run("lemon");
+  EXPECT_TRUE(failed_);
+  EXPECT_EQ(body_.count("look search lemon"), 1);
 }
 
 TEST_F(GoalSelectionCoreTest, SearchesForWhatIsNotInView) {

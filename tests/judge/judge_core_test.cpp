@@ -102,6 +102,24 @@ TEST_F(JudgeCoreTest, ADropIsGoodOnlyIfTheObjectLiesInTheBasket) {
   EXPECT_NEAR(metric("speech_latency_s"), 0.4, 1e-9);
 }
 
+TEST_F(JudgeCoreTest, AnOrderAboutAThingThatWasNamedIsJudgedAsAnyOther) {
+  make({.expected = "this is a lemon; drop lemon into basket; lemon"});
+  truth_.in_basket = true;
+  hear("this is a lemon");
+  wait(1.0);
+  hear("drop lemon into basket");
+  tell("idle", "done", "fine");
+  wait(1.0);
+  EXPECT_FALSE(sut_->outcome()) << "a second order is to come";
+  hear("lemon");
+  tell("idle", "done", "I look at the lemon");
+  wait(5.0);
+  ASSERT_TRUE(sut_->outcome());
+  EXPECT_TRUE(sut_->outcome()->success) << sut_->outcome()->sentence;
+  EXPECT_EQ(sut_->outcome()->object, "lemon");
+  EXPECT_EQ(sut_->outcome()->goal, "look");
+}
+
 TEST_F(JudgeCoreTest, WhatTheRobotBelievesDoesNotCount) {
   whole_drop();
   wait(5.0);

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -34,7 +35,7 @@ TEST(PhraseBook, NamesForThingsThatAreTaughtAreSentencesOfTheirOwn) {
   const auto before = book.texts().size();
   EXPECT_FALSE(book.add_name("banana"));  // nobody knows how it sounds
   EXPECT_EQ(book.texts().size(), before);
-  for (const char* word : {"this", "is", "a", "banana"}) book.pronunciations[word] = {"AH"};
+  for (const char* word : {"this", "is", "a", "banana", "split"}) book.pronunciations[word] = {"AH"};
   ASSERT_TRUE(book.add_name(" banana"));
   EXPECT_EQ(book.texts().back(), "this is a banana");
   EXPECT_TRUE(book.names_a_thing("this is a banana"));
@@ -42,7 +43,34 @@ TEST(PhraseBook, NamesForThingsThatAreTaughtAreSentencesOfTheirOwn) {
   EXPECT_FALSE(book.find("this is a banana"));  // not an order
   EXPECT_FALSE(book.add_name("banana"));
   EXPECT_FALSE(book.add_name(""));
-  EXPECT_EQ(book.texts().size(), before + 1);
+  const auto texts = book.texts();
+  EXPECT_EQ(texts.size(), before + 5);  // with the orders about it
+  for (const char* text : {"banana", "reach banana", "grasp banana", "drop banana into basket"})
+    EXPECT_NE(std::find(texts.begin(), texts.end(), text), texts.end()) << text;
+}
+
+TEST(PhraseBook, OrdersAboutThingsOfAnyNameAreUnderstood) {
+  PhraseBook book = shipped();
+  const auto drop = book.order_in("drop banana split into basket");
+  ASSERT_TRUE(drop);
+  EXPECT_EQ(drop->verb, Verb::kDrop);
+  EXPECT_EQ(drop->name, "banana split");
+  ASSERT_TRUE(book.order_in("grasp banana"));
+  EXPECT_EQ(book.order_in("grasp banana")->name, "banana");
+  for (const char* text : {"banana", "grasp", "drop into basket", "drop banana", "eat banana"})
+    EXPECT_FALSE(book.order_in(text)) << text;
+  book.names.emplace_back("banana");
+  ASSERT_TRUE(book.order_in("banana"));
+  EXPECT_EQ(book.order_in("banana")->verb, Verb::kLook);
+
+  const std::size_t objects = book.objects.size();
+  const std::size_t phrases = book.phrases.size();
+  EXPECT_EQ(book.take_order(*drop), phrases);
+  EXPECT_EQ(book.take_order(*drop), phrases);  // known by now
+  EXPECT_EQ(book.take_order({"grasp banana split", Verb::kGrasp, "banana split"}), phrases + 1);
+  EXPECT_EQ(book.objects.size(), objects + 1);
+  EXPECT_EQ(book.object_of(book.phrases[phrases]).name, "banana split");
+  EXPECT_EQ(book.find("drop banana split into basket"), phrases);
 }
 
 TEST(PhraseBook, CorrectionsOfAReachAreUnderstoodWhereTheyAreWanted) {

@@ -164,6 +164,35 @@ TEST_F(TemplateFile, GoodOnesComeBackAsWritten) {
   EXPECT_EQ(refusal(set->to_yaml()), "");
 }
 
+TEST_F(TemplateFile, WhatIsTaughtIsKeptApartAndComesBack) {
+  const auto shipped = TemplateSet::load(std::string(NIDO_CONFIG_DIR) + "/objects/templates.yaml");
+  ASSERT_TRUE(shipped.ok()) << shipped.error().message;
+  TemplateSet known = *shipped;
+  known.colours.push_back({"hue 25", 25, 10, 0.5, 1, 0.3});
+  ObjectTemplate lemon{"lemon", "hue 25", "ball", {}, {}};
+  lemon.body.solids = {{Solid::Kind::kSphere, {0.03, 0, 0}, {0, 0, 0}}};
+  known.objects.push_back(lemon);
+  const auto path = std::filesystem::temp_directory_path() /
+                    ("nido_templates_taught_" + std::to_string(::getpid()) + ".yaml");
+  ASSERT_TRUE(known.from(shipped->objects.size()).save(path));
+  const auto kept = TemplateSet::load(path);
+  std::filesystem::remove(path);
+  ASSERT_TRUE(kept.ok()) << kept.error().message;
+  ASSERT_EQ(kept->objects.size(), 1U);
+  EXPECT_EQ(kept->objects[0].name, "lemon");
+
+  TemplateSet again = *shipped;
+  again.add(*kept);
+  EXPECT_EQ(again.colours.size(), shipped->colours.size() + 1);
+  EXPECT_EQ(again.objects.size(), shipped->objects.size() + 1);
+  EXPECT_NE(again.colour_index("hue 25"), -1);
+  EXPECT_EQ(again.objects.back().name, "lemon");
+
+  const Status refused = kept->save("/no/such/folder/taught.yaml");
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().message.find("/no/such/folder/taught.yaml"), std::string::npos);
+}
+
 TEST_F(TemplateFile, BadOnesAreRefusedWithTheLine) {
   EXPECT_NE(refusal(replaced(good, "hue_deg: 0", "hue_deg: 400")).find("line 2"), std::string::npos);
   EXPECT_NE(refusal(replaced(good, "hue_deg: 0", "hue: 0")).find("hue_tolerance_deg"), std::string::npos);

@@ -56,7 +56,7 @@ Result<GoalSelectionCore> GoalSelectionCore::create(const PhraseBook& book, Goal
 
 GoalSelectionCore::GoalSelectionCore(const PhraseBook& book, GoalNetwork network,
                                      const GoalSelectionSettings& settings)
-    : book_(book), network_(std::move(network)), settings_(settings) {}
+    : book_(book), learned_(book.objects.size()), network_(std::move(network)), settings_(settings) {}
 
 GoalSelectionOutputs GoalSelectionCore::step(double now_s, const GoalSelectionInputs& inputs) {
   out_ = {};
@@ -135,10 +135,13 @@ void GoalSelectionCore::take_in(const GoalSelectionInputs& inputs) {
 
 void GoalSelectionCore::hear(const PhraseHeard& heard) {
   if (heard.accepted && book_.interrupts(heard.text)) return interrupt(heard.text);
-  if (heard.accepted && heard.text.starts_with(kNaming)) return;      // said to the eyes
   if (heard.accepted && heard.text.starts_with(kCorrection)) return;  // said to the hand
+  if (heard.accepted && heard.text.starts_with(kNaming)) {            // said to the eyes
+    book_.names.push_back(heard.text.substr(std::string_view(kNaming).size()));
+    return;
+  }
   const bool busy = state_ != State::kListen;
-  const auto known = heard.accepted ? book_.find(heard.text) : std::nullopt;
+  const auto known = heard.accepted ? phrase_of(heard.text) : std::nullopt;
   if (busy && known && waiting_.size() < kMostWaiting) {
     waiting_.push_back(*known);
     say("heard", "begin",
@@ -160,6 +163,34 @@ void GoalSelectionCore::hear(const PhraseHeard& heard) {
   }
   begin(*known);
   say("heard", "done", fmt::format("I heard \"{}\" (confidence {:.2f}).", heard.text, heard.confidence));
+}
+
+std::optional<std::size_t> GoalSelectionCore::phrase_of(const std::string& text) {
+  if (const auto known = book_.find(text)) return known;
+  auto order = book_.order_in(text);
+  // a name that was given before the robot was switched on
+  if (!order && views_.contains(text)) order = Order{text, Verb::kLook, text};
+  if (!order) return std::nullopt;
+  return book_.take_order(*order);
+}
+
+GoalNetwork::Choice GoalSelectionCore::choose(const SeenObject& seen) const {
+  VisionParameters vision{seen.p_RootObject_m, seen.size_m.y(), seen.size_m.z(), seen.colour, seen.shape};
+  const Phrase& said = book_.phrases[phrase_];
+  if (said.object_index < learned_) return network_.choose(vision, phrase_);
+  std::optional<std::size_t> like;
+  for (const std::string& shape : {seen.shape, std::string("ball")}) {
+    for (std::size_t i = 0; i < book_.phrases.size() && !like; ++i) {
+      const Phrase& phrase = book_.phrases[i];
+      if (phrase.object_index < learned_ && phrase.verb == said.verb &&
+          book_.object_of(phrase).shape == shape)
+        like = i;
+    }
+  }
+  if (!like) return network_.choose(vision, std::nullopt);
+  vision.colour = book_.object_of(book_.phrases[*like]).colour;
+  vision.shape = book_.object_of(book_.phrases[*like]).shape;
+  return network_.choose(vision, like);
 }
 
 void GoalSelectionCore::begin(std::size_t phrase) {
@@ -208,14 +239,20 @@ void GoalSelectionCore::look(const std::string& mode, const std::string& target)
 
 void GoalSelectionCore::ask_reach(const std::string& action, const Eigen::Vector3d& p_RootTarget_m) {
   reach_ = {next_id_++, action, now_s_ + settings_.reach_limit_s, Progress::kRunning, ""};
-  out_.reach.push_back({reach_.id, action, object_name(), p_RootTarget_m, target_.size_m, target_.yaw_rad});
+  out_.reach.push_back(
+      {reach_.id, action, name_and_shape(), p_RootTarget_m, target_.size_m, target_.yaw_rad});
+}
+
+std::string GoalSelectionCore::name_and_shape() const {
+  const bool taught = book_.phrases[phrase_].object_index >= learned_;
+  return taught ? object_name() + " " + target_.shape : object_name();
 }
 
 void GoalSelectionCore::ask_grasp(const std::string& action) {
   if (action == "open" || action == "release") held_.clear();
   grasp_ = {next_id_++, action, now_s_ + settings_.grasp_limit_s, Progress::kRunning, ""};
   out_.grasp.push_back(
-      {grasp_.id, action, object_name(), target_.p_RootObject_m, target_.size_m, target_.yaw_rad});
+      {grasp_.id, action, name_and_shape(), target_.p_RootObject_m, target_.size_m, target_.yaw_rad});
 }
 
 void GoalSelectionCore::say(const std::string& stage, const std::string& state, const std::string& text) {

@@ -96,9 +96,7 @@ void GoalSelectionCore::step_find() {
   }
   if (!chosen_) {
     const SeenObject seen = *view_of(object_name(), 1, entered_s_);
-    const GoalNetwork::Choice choice = network_.choose(
-        VisionParameters{seen.p_RootObject_m, seen.size_m.y(), seen.size_m.z(), seen.colour, seen.shape},
-        phrase_);
+    const GoalNetwork::Choice choice = choose(seen);
     action_ = choice.action;
     chosen_ = true;
     say("chosen", "done",

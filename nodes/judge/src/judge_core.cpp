@@ -51,7 +51,8 @@ JudgeCore::JudgeCore(const PhraseBook& book, const JudgeSettings& settings)
     : book_(book), settings_(settings) {
   std::size_t phrases = 0;
   for (const auto& order : split_orders(settings.expected)) {
-    if (order.text.starts_with(kCorrection)) continue;  // said to the hand, no order
+    // said to the hand or to the eyes, no order
+    if (order.text.starts_with(kCorrection) || order.text.starts_with(kNaming)) continue;
     said_.push_back(order.text);
     phrases += book_.interrupts(order.text) ? 0 : 1;
   }
@@ -61,6 +62,11 @@ JudgeCore::JudgeCore(const PhraseBook& book, const JudgeSettings& settings)
 const std::string& JudgeCore::object_name() const { return book_.object_of(book_.phrases[*phrase_]).name; }
 
 void JudgeCore::heard(const HeardSeen& heard) {
+  if (heard.text.starts_with(kCorrection)) return;
+  if (heard.text.starts_with(kNaming)) {
+    book_.names.push_back(heard.text.substr(std::string_view(kNaming).size()));
+    return;
+  }
   if (heard_text_.empty()) {
     heard_text_ = heard.text;
     heard_reason_ = heard.reason;
@@ -72,8 +78,12 @@ void JudgeCore::heard(const HeardSeen& heard) {
     later_.clear();
     return;
   }
-  const auto phrase = book_.find(heard.text);
-  if (!phrase) return;
+  auto phrase = book_.find(heard.text);
+  if (!phrase) {
+    const auto order = book_.order_in(heard.text);  // of a thing that the world calls as people do
+    if (!order) return;
+    phrase = book_.take_order(*order);
+  }
   if (phrase_) {
     later_.push_back(*phrase);
     return;

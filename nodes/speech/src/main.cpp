@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <fstream>
 #include <mutex>
 
 #include "nido/launcher/paths.h"
@@ -124,11 +125,21 @@ Status add_name(const SpeechCore& core, const std::string& name, PhraseBook& boo
   return {};
 }
 
+// A line each.
+Status write_names(const std::string& file, const std::vector<std::string>& names) {
+  std::ofstream stream(file);
+  for (const std::string& name : names) stream << name << '\n';
+  stream.close();
+  return stream ? Status{} : Status{Error{ErrorCode::kFailed, "cannot write " + file}};
+}
+
 // Answers lines of text about the phrases. The service has a thread of its own; the book is changed between
 // two ticks.
 class Rpc {
  public:
-  Rpc(std::string file, PhraseBook book) : file_(std::move(file)), book_(std::move(book)) {}
+  // `names_file`: keeps the names; empty: they are forgotten at the end
+  Rpc(std::string file, std::string names_file, PhraseBook book)
+      : file_(std::move(file)), names_file_(std::move(names_file)), book_(std::move(book)) {}
 
   Result<std::string> answer(const std::string& line, SpeechCore& core) {
     const std::lock_guard lock(mutex_);
@@ -141,6 +152,9 @@ class Rpc {
       auto read = PhraseBook::load(file_);
       if (!read) return read.error();
       book = std::move(read).value();
+      for (const std::string& name : book_.names) {
+        if (const Status added = add_name(core, name, book); !added) return added.error();
+      }
     } else if (verb == "add") {
       if (const Status added = add(words, core, book); !added) return added.error();
     } else if (verb == "name") {
@@ -155,6 +169,9 @@ class Rpc {
     }
     if (const Status taken = core.set_book(book); !taken) return taken.error();
     book_ = std::move(book);
+    if (verb == "name" && !names_file_.empty()) {
+      if (const Status kept = write_names(names_file_, book_.names); !kept) return kept.error();
+    }
     return verb == "name" ? fmt::format("ok, {} names", book_.names.size())
                           : fmt::format("ok, {} phrases", book_.phrases.size());
   }
@@ -192,6 +209,7 @@ class Rpc {
   }
 
   const std::string file_;
+  const std::string names_file_;
   PhraseBook book_;
   std::mutex mutex_;
 };
@@ -208,10 +226,20 @@ Status run(Node& node) {
   const auto core = SpeechCore::create(*book, *settings);
   if (!core) return core.error();
 
-  const auto names = node.parameter<std::vector<std::string>>("names", {});
+  auto names = node.parameter<std::vector<std::string>>("names", {});
   if (!names) return names.error();
+  const auto names_file = node.parameter<std::string>(
+      "names_file", "", {.about = "file that keeps all names that are given; empty: they are forgotten"});
+  if (!names_file) return names_file.error();
+  std::ifstream given(*names_file);
+  for (std::string name; std::getline(given, name);) {
+    if (std::find(names->begin(), names->end(), name) == names->end()) names->push_back(name);
+  }
   for (const std::string& name : *names) {
     if (const Status added = add_name(**core, name, *book); !added) return added;
+  }
+  if (!names_file->empty()) {
+    if (const Status kept = write_names(*names_file, *names); !kept) return kept;
   }
   const auto corrections =
       node.parameter<bool>("corrections", false, {.about = "\"a bit left\" and the like are understood"});
@@ -239,7 +267,7 @@ Status run(Node& node) {
   if (!heard) return heard.error();
   const auto teller = Teller::create(node);
   if (!teller) return teller.error();
-  Rpc rpc(*phrases, *book);
+  Rpc rpc(*phrases, *names_file, *book);
   const auto service = node.open_service("/speech/rpc:i", [&](const std::string& line) {
     const auto answer = rpc.answer(line, **core);
     return answer ? *answer : "error: " + answer.error().message;

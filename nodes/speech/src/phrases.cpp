@@ -141,7 +141,10 @@ std::vector<std::string> PhraseBook::texts() const {
   std::vector<std::string> all;
   for (const auto& phrase : phrases) all.push_back(phrase.text);
   all.insert(all.end(), interruptions.begin(), interruptions.end());
-  for (const auto& name : names) all.push_back(kNaming + name);
+  for (const auto& name : names) {
+    for (const Order& order : orders_about(name)) all.push_back(order.text);
+    all.push_back(kNaming + name);
+  }
   if (corrections) {
     for (const char* const direction : kDirections) all.push_back(std::string(kCorrection) + direction);
   }
@@ -152,6 +155,44 @@ bool PhraseBook::corrects(const std::string& text) const {
   return corrections && std::any_of(kDirections.begin(), kDirections.end(), [&](const char* direction) {
            return text == std::string(kCorrection) + direction;
          });
+}
+
+std::vector<Order> PhraseBook::orders_about(const std::string& name) const {
+  std::vector<Order> orders;
+  for (const Phrase& phrase : phrases) {
+    const std::string& model = objects.front().name;
+    const std::size_t at = phrase.text.find(model);
+    if (phrase.object_index != 0 || at == std::string::npos) continue;
+    orders.push_back(
+        {phrase.text.substr(0, at) + name + phrase.text.substr(at + model.size()), phrase.verb, name});
+  }
+  return orders;
+}
+
+std::optional<Order> PhraseBook::order_in(const std::string& text) const {
+  if (std::find(names.begin(), names.end(), text) != names.end()) return Order{text, Verb::kLook, text};
+  const std::string gap = "*";
+  for (const Order& pattern : orders_about(gap)) {
+    const std::size_t at = pattern.text.find(gap);
+    const std::string before = pattern.text.substr(0, at);
+    const std::string after = pattern.text.substr(at + 1);
+    if (before.size() + after.size() == 0 || text.size() <= before.size() + after.size() ||
+        !text.starts_with(before) || !text.ends_with(after)) {
+      continue;
+    }
+    return Order{text, pattern.verb, text.substr(before.size(), text.size() - before.size() - after.size())};
+  }
+  return std::nullopt;
+}
+
+std::size_t PhraseBook::take_order(const Order& order) {
+  if (const auto known = find(order.text)) return *known;
+  const auto same = std::find_if(objects.begin(), objects.end(),
+                                 [&](const NamedObject& object) { return object.name == order.name; });
+  const auto index = static_cast<std::size_t>(same - objects.begin());
+  if (same == objects.end()) objects.push_back({order.name, "", ""});
+  phrases.push_back({order.text, order.verb, index});
+  return phrases.size() - 1;
 }
 
 bool PhraseBook::names_a_thing(const std::string& text) const {
@@ -165,7 +206,9 @@ Status PhraseBook::add_name(const std::string& name) {
     return Error{ErrorCode::kInvalidArgument,
                  fmt::format("'{}' is known already as a name, or empty", clean)};
   }
-  for (const auto& word : split_words(kNaming + clean)) {
+  std::string said = kNaming + clean;
+  for (const Order& order : orders_about(clean)) said += " " + order.text;
+  for (const auto& word : split_words(said)) {
     if (!pronunciations.contains(word)) {
       return Error{ErrorCode::kInvalidArgument, fmt::format("the word '{}' has no pronunciation", word)};
     }

@@ -1,4 +1,7 @@
 // nido-vision: sees the things on the table and the robot's own hand, and turns head and eyes. docs/vision.md
+#include <fmt/format.h>
+
+#include <filesystem>
 
 #include "nido/kinematics/body_corrections.h"
 #include "nido/launcher/paths.h"
@@ -205,8 +208,18 @@ Status run(Node& node) {
   if (!calibration) return calibration.error();
   const auto model = load_corrected_model(*robot, std::filesystem::path(*calibration));
   if (!model) return model.error();
-  const auto templates = vision::TemplateSet::load(*templates_path);
+  auto templates = vision::TemplateSet::load(*templates_path);
   if (!templates) return templates.error();
+  const auto taught_file = node.parameter<std::string>(
+      "taught", "", {.about = "file that keeps what people teach; empty: it is forgotten at the end"});
+  if (!taught_file) return taught_file.error();
+  const std::size_t untaught = templates->objects.size();
+  if (!taught_file->empty() && std::filesystem::exists(*taught_file)) {
+    const auto taught = vision::TemplateSet::load(*taught_file);
+    if (!taught) return taught.error();
+    templates->add(*taught);
+    node.log_info(fmt::format("{} things that I was taught, from {}", taught->objects.size(), *taught_file));
+  }
   vision::VisionSettings settings;
   settings.period_s = node.options().period_s;
   auto core = VisionCore::create(*model, *templates, settings);
@@ -218,6 +231,11 @@ Status run(Node& node) {
   std::string last_warning;
   return node.run([&](Time now) -> Status {
     const VisionOutputs out = (*core)->step(now, take_in(ports));
+    if (out.taught) node.log_info(out.taught->text);
+    if (out.taught && out.taught->learned && !taught_file->empty()) {
+      if (const Status kept = (*core)->templates().from(untaught).save(*taught_file); !kept)
+        node.log_warning(kept.error().message);
+    }
     for (const std::string& warning : out.warnings) {
       if (warning != last_warning)
         node.log_warning(warning);  // a peer that repeats a mistake is not worth a line each tick

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fstream>
 #include <set>
 
 namespace nido::vision {
@@ -245,6 +246,31 @@ Result<TemplateSet> TemplateSet::load(const std::filesystem::path& path) {
     return Error{ErrorCode::kInvalidArgument,
                  path.string() + ", line " + std::to_string(trouble.mark.line + 1) + ": " + trouble.msg};
   }
+}
+
+void TemplateSet::add(const TemplateSet& other) {
+  for (const ColourModel& colour : other.colours) {
+    if (colour_index(colour.name) < 0) colours.push_back(colour);
+  }
+  objects.insert(objects.end(), other.objects.begin(), other.objects.end());
+}
+
+TemplateSet TemplateSet::from(std::size_t first) const {
+  TemplateSet rest = *this;
+  rest.objects.erase(rest.objects.begin(),
+                     rest.objects.begin() + static_cast<std::ptrdiff_t>(std::min(first, objects.size())));
+  return rest;
+}
+
+Status TemplateSet::save(const std::filesystem::path& path) const {
+  const std::filesystem::path part = path.string() + ".part";
+  std::ofstream file(part);
+  file << to_yaml();
+  file.close();
+  std::error_code failure;
+  if (file) std::filesystem::rename(part, path, failure);
+  if (!file || failure) return Error{ErrorCode::kFailed, "cannot write " + path.string()};
+  return {};
 }
 
 std::string TemplateSet::to_yaml() const {

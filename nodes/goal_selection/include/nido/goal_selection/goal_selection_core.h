@@ -160,6 +160,13 @@ class GoalSelectionCore {
 
   void take_in(const GoalSelectionInputs& inputs);
   void hear(const PhraseHeard& heard);
+  // The phrase that a text is; one about a thing that was taught is added to the book.
+  std::optional<std::size_t> phrase_of(const std::string& text);
+  // For the network, which learned with the things of the book alone: the same said of one of the same shape
+  // as `seen`; others are taken like balls.
+  [[nodiscard]] GoalNetwork::Choice choose(const SeenObject& seen) const;
+  // What arm and fingers are told: they go by the shape, which names that people give do not end with.
+  [[nodiscard]] std::string name_and_shape() const;
   void interrupt(const std::string& text);
   void begin(std::size_t phrase);
   // The object in the hand, as far as touch tells; empty if there is none.
@@ -204,7 +211,8 @@ class GoalSelectionCore {
                                                   double since_s) const;
   [[nodiscard]] double in_state_s() const { return now_s_ - entered_s_; }
 
-  PhraseBook book_;
+  PhraseBook book_;          // first the objects and phrases that the network learned with
+  std::size_t learned_ = 0;  // so many objects
   GoalNetwork network_;
   GoalSelectionSettings settings_;
 

@@ -40,6 +40,13 @@ inline constexpr const char* kCorrection = "a bit ";
 inline constexpr std::array<const char*, 7> kDirections = {"left", "right",   "up",    "down",
                                                            "back", "forward", "closer"};
 
+// What is asked of a thing that is not among the objects of a book.
+struct Order {
+  std::string text;
+  Verb verb = Verb::kLook;
+  std::string name;
+};
+
 // All that the robot understands. Read from config/phrases.yaml; a plain value.
 struct PhraseBook {
   std::vector<NamedObject> objects;
@@ -61,14 +68,23 @@ struct PhraseBook {
   [[nodiscard]] bool names_a_thing(const std::string& text) const;
   // A sentence that corrects a reach, where these are understood.
   [[nodiscard]] bool corrects(const std::string& text) const;
-  // Every text that can be said: phrases, interruptions, sentences that name things or correct.
+  // What is said about a thing of this name, as the phrases say it about the first object: "banana",
+  // "reach banana", "grasp banana", "drop banana into basket".
+  [[nodiscard]] std::vector<Order> orders_about(const std::string& name) const;
+  // The other way round: what a text asks for, of a thing of any name. A name alone, which could be any text,
+  // must be one of `names`. Nothing for other texts.
+  [[nodiscard]] std::optional<Order> order_in(const std::string& text) const;
+  // The phrase of an order; a new one, about an object without colour and shape, if there was none.
+  std::size_t take_order(const Order& order);
+  // Every text that can be said: phrases, interruptions, sentences that name things, orders about these,
+  // sentences that correct.
   [[nodiscard]] std::vector<std::string> texts() const;
   // Adds a phrase about a new or a known object. Refused with kInvalidArgument, changing nothing, if the text
   // is there already, a word has no pronunciation, or the object is known with another colour or shape.
   Status add(const std::string& text, Verb verb, const NamedObject& object);
 
   // Adds a name for things that are taught, one or more words with pronunciations, as the words of kNaming
-  // must have. Refused with kInvalidArgument, changing nothing.
+  // and of the orders must have. Refused with kInvalidArgument, changing nothing.
   Status add_name(const std::string& name);
 
   // Reads and checks a file, and other_words.yaml beside it if there is one (interruptions, other_words):

@@ -43,6 +43,12 @@ struct TemplateSet {
   // Reads a file. kNotFound if it is not there; kInvalidArgument with file, line, what was found and what is
   // allowed.
   static Result<TemplateSet> load(const std::filesystem::path& path);
+  // Takes in what the other one has: colours of new names, and all of its objects.
+  void add(const TemplateSet& other);
+  // The same colours, and of the objects those from number `first` on.
+  [[nodiscard]] TemplateSet from(std::size_t first) const;
+  // Writes such a file, whole or not at all. kFailed with the path.
+  [[nodiscard]] Status save(const std::filesystem::path& path) const;
   // The text of such a file.
   [[nodiscard]] std::string to_yaml() const;
 };
