@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -60,9 +61,11 @@ class ControlBoardContract : public testing::TestWithParam<ControlBoardRigFactor
     }
   }
   // The same until it has an effect: on the way to a far robot a busy machine may hold up commands, and time
-  // goes on meanwhile.
+  // goes on meanwhile. Gives up when both have passed, the simulated and the wall time that it may take.
   void stream_until(const std::function<bool()>& condition, const std::function<Status()>& command) {
-    for (int period = 0; period < 300 && !condition(); ++period) {
+    const auto patience = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+    for (int period = 0; !condition(); ++period) {
+      if (period >= 300 && std::chrono::steady_clock::now() > patience) return;
       const Status sent = command();
       ASSERT_TRUE(sent.ok()) << sent.error().message;
       rig_->advance();
