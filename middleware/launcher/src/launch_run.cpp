@@ -11,6 +11,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "emergency_stop.h"
 #include "launch_dashboard.h"
 #include "nido/middleware/typed_port.h"
 
@@ -43,8 +44,6 @@ bool mentions(const YAML::Node& node, const std::string& word) {
 }
 
 constexpr const char* kRecorder = "recorder";
-// last name of the port that stops a robot
-constexpr const char* kEstop = "/estop";
 // lines of the story that are kept for those that come later
 constexpr std::size_t kStoryKept = 200;
 
@@ -325,21 +324,15 @@ void LaunchRun::take_keys() {
   bool is_asked = false;
   while (const auto key = keys_.take()) is_asked = is_asked || *key == ' ';
   if (!is_asked) return;
-  bool is_there = false;
-  for (const auto& node : directory_->nodes()) {
-    for (const auto& port : node.ports) {
-      if (port.direction != "service" || !port.name.ends_with(kEstop)) continue;
-      is_there = true;
-      constexpr double kPatience_s = 1.0;
-      const auto answer = node_->call(port.name, "the space bar in the launcher", kPatience_s);
-      print(answer ? paint_.red(fmt::format(
-                         "emergency stop: '{}' takes no command until 'nido node call {} estop clear'",
-                         node.name, node.name))
-                   : paint_.red(fmt::format("emergency stop: '{}' does not answer: {}", node.name,
-                                            answer.error().message)));
-    }
+  const auto answers = stop_robots(*node_, *directory_, "the space bar in the launcher");
+  for (const auto& [robot, error] : answers) {
+    print(paint_.red(
+        error.empty()
+            ? fmt::format("emergency stop: '{0}' takes no command until 'nido node call {0} estop clear'",
+                          robot)
+            : fmt::format("emergency stop: '{}' does not answer: {}", robot, error)));
   }
-  if (!is_there) print(paint_.red("emergency stop: no robot is there"));
+  if (answers.empty()) print(paint_.red("emergency stop: no robot is there"));
 }
 
 void LaunchRun::on_event(const SupervisorEvent& event) {
