@@ -214,7 +214,11 @@ bool LaneReader::receive_one(LaneSink& sink) {
         sink.on_lane_frame(writer_, header, inline_payload.first(header.size));
       }
       return true;
+    case FrameKind::kSoon:
+      loop_->expect();
+      return true;
     case FrameKind::kShared: {
+      loop_->came();
       FrameHeader read;
       read.kind = FrameKind::kRelease;
       read.slot = header.slot;

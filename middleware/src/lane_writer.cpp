@@ -23,6 +23,8 @@ constexpr std::size_t kMostHeld = 16;
 constexpr std::size_t kMostHeldBestEffort = 4;
 // until it is tried again what the system had no memory for
 constexpr auto kPause = std::chrono::milliseconds(10);
+// a message that is written faster than this is there before an input has woken up for it
+constexpr auto kWorthAnnouncing = std::chrono::microseconds(20);
 // packets that wait to be used again
 constexpr std::size_t kSpareFrames = 16;
 
@@ -277,8 +279,26 @@ void LaneWriter::flush(Lane& lane) {
   progress_.notify_all();
 }
 
+void LaneWriter::begin_large() {
+  large_began_ = std::chrono::steady_clock::now();
+  if (last_preparation_ < kWorthAnnouncing || last_preparation_ > LaneLoop::kMostAwake) {
+    return;
+  }
+  FrameHeader soon;
+  soon.kind = FrameKind::kSoon;
+  for (const auto& lane : lanes_) {
+    if (lane->pending.empty()) {
+      // one that gets none is only later to wake up
+      (void)send(lane->fd.get(), &soon, sizeof soon, MSG_NOSIGNAL | MSG_DONTWAIT);
+    }
+  }
+}
+
 void LaneWriter::distribute(const FramePtr& frame, const FrameHeader& header) {
   std::memcpy(frame->bytes.data(), &header, sizeof header);
+  if (frame->slot) {
+    last_preparation_ = std::chrono::steady_clock::now() - large_began_;
+  }
   for (const auto& lane : lanes_) {
     offer(*lane, frame, false);
   }
@@ -327,6 +347,7 @@ Sent LaneWriter::write(const void* message, const Related* related) {
       if (!frame->slot) {
         return Sent::kNoMemory;
       }
+      begin_large();
       header.kind = FrameKind::kShared;
       header.slot = frame->slot->id;
       header.slot_bytes = static_cast<std::uint32_t>(frame->slot->bytes);
@@ -351,6 +372,7 @@ std::uint8_t* LaneWriter::loan(std::size_t bytes) {
   const std::lock_guard lock(mutex_);
   loan_.reset();
   loan_ = free_slot(std::max(bytes, kMostInline_bytes));
+  begin_large();
   return loan_ ? loan_->payload().data() : nullptr;
 }
 

@@ -166,6 +166,41 @@ TEST(Direct, ImagesAreReadWhereTheyWerePaintedAndByOrdinaryInputsToo) {
   EXPECT_FALSE((*out)->send().ok()) << "there is no image to send";
 }
 
+TEST(Direct, AnImageThatWasBegunAndNotSentKeepsNobodyWaiting) {
+  const auto giver = make_node("giver");
+  const auto taker = make_node("taker");
+  auto out = ImageOutput::open(*giver, "/giver/image:o", Profile::kEvent);
+  ASSERT_TRUE(out.ok()) << out.error().message;
+  Tally tally;
+  std::vector<std::uint8_t> firsts;
+  auto in = open_image_input(*taker, "/taker/image:i", Profile::kEvent,
+                             [&](const ImageView& image, const Arrival&) {
+                               firsts.push_back(image.pixels.front());
+                               tally.add();
+                             });
+  ASSERT_TRUE(in.ok()) << in.error().message;
+  ASSERT_TRUE((*in)->connect("/giver/image:o"));
+  ASSERT_TRUE((*out)->port().wait_for_readers(1, kPatience_s));
+  // the output announces an image from the second on, when it knows how long one takes
+  const std::vector<std::uint8_t> expected{0, 1, 2, 3, 4, 5, 6, 7};
+  for (const std::uint8_t i : expected) {
+    for (const bool is_sent : {false, true}) {
+      auto pixels = (*out)->begin({640, 480, 1920, "rgb8", "eye"}, Time{});
+      ASSERT_TRUE(pixels.ok()) << pixels.error().message;
+      std::fill(pixels->begin(), pixels->end(), is_sent ? i : 99);
+      if (is_sent) {
+        ASSERT_TRUE((*out)->send());
+      }
+    }
+    ASSERT_TRUE(tally.wait_for(i + 1));
+  }
+  EXPECT_EQ(firsts, expected);
+  const std::vector<ConnectionCounters> counters = (*in)->connections();
+  ASSERT_EQ(counters.size(), 1U);
+  EXPECT_EQ(counters[0].received, expected.size());
+  EXPECT_EQ(counters[0].lost, 0U);
+}
+
 TEST(Direct, ACutImageIsRefused) {
   msgs::Image image;
   image.header().frame_id("eye");

@@ -3,9 +3,10 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <charconv>
 #include <cstdlib>
 #include <nlohmann/json.hpp>
-#include <regex>
+#include <string_view>
 
 #include "nido/interfaces/result.h"
 
@@ -40,10 +41,16 @@ int print_error(const Error& error, bool as_json) {
   if (as_json) {
     nlohmann::json object{{"exit_code", code}, {"sentence", error.message}};
     // FILE:LINE: SENTENCE
-    static const std::regex kPlace("([^:\n]+):([0-9]{1,8}): [^]*");
-    if (std::smatch parts; std::regex_match(error.message, parts, kPlace)) {
-      object["file"] = parts[1].str();
-      object["line"] = std::stoi(parts[2].str());
+    const std::string_view text = error.message;
+    const std::size_t file_end = text.find_first_of(":\n");
+    const std::size_t line_end = text.find(": ", file_end == text.npos ? file_end : file_end + 1);
+    int line = 0;
+    if (file_end > 0 && line_end != text.npos && text[file_end] == ':') {
+      const auto read = std::from_chars(text.data() + file_end + 1, text.data() + line_end, line);
+      if (read.ec == std::errc() && read.ptr == text.data() + line_end && line >= 0) {
+        object["file"] = text.substr(0, file_end);
+        object["line"] = line;
+      }
     }
     fmt::print("{}\n", object.dump());
   }
