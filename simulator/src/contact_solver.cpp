@@ -156,9 +156,8 @@ ContactSolver::Row& ContactSolver::add_row(const RobotTree& tree, Group& group,
   directions_.resize(first + group.width, 0.0);
   const auto along = [&](std::size_t k, double sign) {
     const auto link = static_cast<std::size_t>(paths_[group.path + k]);
-    const Eigen::Vector3d lever = p - tree.p_WorldLink_m(link);
     directions_[first + k] +=
-        sign * tree.axis_World(link).dot(turning ? direction : Eigen::Vector3d(lever.cross(direction)));
+        sign * (turning ? tree.turn_along(link, direction) : tree.move_along(link, p, direction));
   };
   if (group.length > 0) {
     const bool both = group.link_a && group.link_b;

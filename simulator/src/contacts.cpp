@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <numbers>
 
@@ -328,6 +329,7 @@ void Contacts::find(const Objects& objects, const std::vector<ObjectJoint>& join
     }
   }
   collide_self();
+  if (robot_.is_free()) collide_floor();
   // objects against each other: a thing that moves wakes the thing that it meets
   for (std::size_t j = 0; j < objects.size(); ++j) {
     for (std::size_t k = j + 1; k < objects.size(); ++k) {
@@ -401,6 +403,27 @@ void Contacts::collide_self() {
     if (!collide_robot(*a, side_a, b->geom, side_b)) continue;
     if (side_a.body != nullptr) dBodyEnable(side_a.body);
     if (side_b.body != nullptr) dBodyEnable(side_b.body);
+  }
+}
+
+double Contacts::lowest_m() const {
+  double lowest = std::numeric_limits<double>::infinity();
+  for (const RobotGeom& part : robot_geoms_) {
+    dReal box[6];
+    dGeomGetAABB(part.geom, box);
+    lowest = std::min(lowest, box[4]);
+  }
+  return lowest;
+}
+
+void Contacts::collide_floor() {
+  const Side floor{{OwnerKind::kFloor, 0}, &kFloorSurface, nullptr, -1};
+  for (std::size_t r = 0; r < robot_geoms_.size(); ++r) {
+    const RobotGeom& part = robot_geoms_[r];
+    if (part.aabb[4] > Simulation::kFloorHeight_m) continue;
+    const Side robot{
+        {OwnerKind::kLink, part.link}, &part.surface, robot_.bodies()[part.link], static_cast<int>(r)};
+    collide(part.geom, floor_, robot, floor, touching_.size(), 0);
   }
 }
 

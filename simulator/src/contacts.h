@@ -50,6 +50,8 @@ class Contacts {
   [[nodiscard]] SkinFault skin_fault(std::size_t hand, std::size_t pad) const {
     return skin_fault_[hand][pad];
   }
+  // Height of the lowest point of the robot's shapes.
+  [[nodiscard]] double lowest_m() const;
   // The robot's shapes that touch, each on one of its links.
   [[nodiscard]] std::size_t robot_shape_count() const { return robot_geoms_.size(); }
   [[nodiscard]] std::size_t link_of_shape(std::size_t shape) const { return robot_geoms_[shape].link; }
@@ -142,6 +144,8 @@ class Contacts {
                double apart_m);
   bool collide_robot(const RobotGeom& part, const Side& robot, dGeomID geom, const Side& object);
   void collide_self();
+  // A robot whose base is free stands and falls on the floor; a fixed one never gets there.
+  void collide_floor();
   bool collide_objects(const ObjectBody& a, std::size_t index_a, const ObjectBody& b, std::size_t index_b);
   // Finds or makes the grip of this contact and asks the solver to undo what it slipped.
   void stick(ContactSolver::Contact& contact, const Side& hand, const Side& object);

@@ -95,7 +95,7 @@ Result<Drives> Drives::create(const RobotBody& robot, const ControlBlock& block)
     hinge.top_speed_rad_s = std::min(hinge.top_speed_rad_s, hinge.max_velocity_rad_s);
   }
   for (std::size_t i = 1; i < robot.link_count(); ++i) {
-    if (drives.hinges_[i].axes.empty()) {
+    if (drives.hinges_[i].axes.empty() && !robot.floats(i)) {
       return Error{ErrorCode::kInvalidArgument, "no joint of the <nido> element moves the hinge " +
                                                     robot.description().links[i].joint_name};
     }
@@ -149,6 +149,7 @@ void Drives::go_home(RobotBody& robot) {
     axes_[a].measured.servo_gain_1_s = axis_info_[a].gain_1_s;
   }
   set_hinge_gains();
+  robot.put_base_back();
   robot.place(hinge_angles(home));
   std::fill(hinge_torque_Nm_.begin(), hinge_torque_Nm_.end(), 0.0);
   publish();
@@ -472,13 +473,17 @@ void Drives::watch_limits(const RobotBody& robot) {
 void Drives::drive(double fraction, RobotBody& robot) {
   watch_limits(robot);
   // where gravity pulls at a hinge, weight that lags by a control period would feed a swing with energy
-  const bool swings = std::any_of(axes_.begin(), axes_.end(), [](const AxisState& axis) {
-    return !is_servo(axis.measured.mode) || axis.fault == JointFault::kOff;
-  });
+  const bool swings = robot.is_free() || std::any_of(axes_.begin(), axes_.end(), [](const AxisState& axis) {
+                        return !is_servo(axis.measured.mode) || axis.fault == JointFault::kOff;
+                      });
   if (swings) robot.gravity_torques(gravity_Nm_);
   for (std::size_t i = 1; i < hinges_.size(); ++i) {
     const Hinge& hinge = hinges_[i];
-    if (!hinge.axes.empty()) robot.tree().set_top_speed(i, hinge.top_speed_rad_s);
+    if (robot.floats(i)) {
+      robot.tree().set_base_force(i, gravity_Nm_[i]);
+      continue;
+    }
+    robot.tree().set_top_speed(i, hinge.top_speed_rad_s);
     if (shares_a_fault(hinge)) {
       drive_shared(i, fraction, robot);
       continue;
@@ -550,6 +555,7 @@ void Drives::drive(double fraction, RobotBody& robot) {
 bool Drives::still(std::size_t link, const RobotBody& robot) const {
   constexpr double kStill_rad = 2e-5;
   constexpr double kStill_rad_s = 1e-4;
+  if (robot.floats(link)) return false;  // it stands only because its feet bear it
   const Hinge& hinge = hinges_[link];
   double reference = hinge.offset_rad;
   for (const auto& [a, multiplier] : hinge.axes) {

@@ -59,11 +59,20 @@ void RobotBody::show(std::size_t limb) {
 }
 
 void RobotBody::place(const std::vector<double>& angle_rad) {
-  for (std::size_t i = 1; i < link_count(); ++i) tree_.set(i, angle_rad[i], 0);
+  for (std::size_t i = 1; i < link_count(); ++i)
+    tree_.set(i, floats(i) ? tree_.angle_rad(i) : angle_rad[i], 0);
   for (std::size_t limb = 0; limb < tree_.limb_count(); ++limb) {
     tree_.rest(limb);
     show(limb);
   }
+}
+
+void RobotBody::put_base_back() {
+  if (!is_free()) return;
+  for (std::size_t i = 1; i <= kBaseDegrees; ++i) tree_.set(i, 0, 0);
+  tree_.set(3, base_height_m_, 0);
+  tree_.update(0);
+  show(0);
 }
 
 void RobotBody::gravity_torques(std::vector<double>& torque_Nm) const {
@@ -76,8 +85,13 @@ void RobotBody::gravity_torques(std::vector<double>& torque_Nm) const {
     const LinkDescription& link = description_.links[i];
     mass[i] += link.mass.mass_kg;
     moment[i] += link.mass.mass_kg * tree_.p_WorldCom_m(i);
-    const Eigen::Vector3d arm = moment[i] - mass[i] * tree_.p_WorldLink_m(i);
-    torque_Nm[i] = tree_.axis_World(i).dot(arm.cross(Eigen::Vector3d(0, 0, -kGravity_m_s2)));
+    const Eigen::Vector3d gravity_m_s2(0, 0, -kGravity_m_s2);
+    if (link.freedom == Freedom::kBaseSlide) {
+      torque_Nm[i] = mass[i] * tree_.move_along(i, Eigen::Vector3d::Zero(), gravity_m_s2);
+    } else {
+      const Eigen::Vector3d arm = moment[i] - mass[i] * tree_.p_WorldLink_m(i);
+      torque_Nm[i] = tree_.axis_World(i).dot(arm.cross(gravity_m_s2));
+    }
     mass[static_cast<std::size_t>(link.parent)] += mass[i];
     moment[static_cast<std::size_t>(link.parent)] += moment[i];
   }

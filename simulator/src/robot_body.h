@@ -34,9 +34,19 @@ class RobotBody {
   [[nodiscard]] double velocity_rad_s(std::size_t link) const { return tree_.speed_rad_s(link); }
   [[nodiscard]] Eigen::Isometry3d X_WorldLink(std::size_t link) const;
 
-  // Moves all links to the angles (by link; 0 unused) at once, at rest.
+  // Moves all links to the angles (by link; 0 unused) at once, at rest. A free base stays where it is.
   void place(const std::vector<double>& angle_rad);
-  // Torque that gravity exerts about each hinge (by link).
+  // The base is free: nothing but what it touches holds it.
+  [[nodiscard]] bool is_free() const { return description_.links.size() > 1 && floats(1); }
+  // A free base back to where it begins, upright, at rest; a fixed one is always there.
+  void put_base_back();
+  // How far above (below zero: under) the world's origin the root of a free base begins.
+  void set_base_height(double z_World_m) { base_height_m_ = z_World_m; }
+  // The link is one of the base's degrees of freedom, which no motor moves.
+  [[nodiscard]] bool floats(std::size_t link) const {
+    return description_.links[link].freedom != Freedom::kHinge;
+  }
+  // Torque that gravity exerts about each hinge (by link), and what it does to a free base.
   void gravity_torques(std::vector<double>& torque_Nm) const;
 
   // A limb on the root whose first link is awake is awake as a whole; else it stands still and costs nothing.
@@ -64,6 +74,7 @@ class RobotBody {
   RobotDescription description_;
   RobotTree tree_;
   std::vector<dBodyID> bodies_;
+  double base_height_m_ = 0;
 };
 
 }  // namespace nido::sim

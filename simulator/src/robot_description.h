@@ -21,9 +21,19 @@ struct LinkShape {
   std::string urdf_link;
 };
 
-// All URDF links that move as one, by the hinge that moves them. Link 0 is the root group, which is fixed to
-// the world.
+// What a link can do against the one that it hangs on: turn about its hinge, or, as one of the six degrees of
+// freedom of a base that stands free (robot_base.h), slide along or turn about an axis of the world.
+enum class Freedom { kHinge, kBaseSlide, kBaseTurn };
+
+// Links 1 to 6 of a robot whose base is free: it slides along x, y, z and turns about them. The sixth is the
+// root group itself, the others are nothing.
+inline constexpr std::size_t kBaseDegrees = 6;
+inline constexpr std::size_t kFirstBaseTurn = 4;
+
+// All URDF links that move as one, by the hinge that moves them. Link 0 is fixed to the world: the root
+// group, or nothing where the base is free.
 struct LinkDescription {
+  Freedom freedom = Freedom::kHinge;
   std::string name;                                                // URDF link right after the hinge
   int parent = 0;                                                  // index, always smaller than the own one
   std::string joint_name;                                          // of the hinge

@@ -14,6 +14,20 @@ constexpr double kLeastMass_kg = 0.02;
 // A third of half a degree: some joints are the sum of three hinges.
 constexpr double kGearPlay_rad = 0.0029;
 
+Eigen::Quaterniond from_rotation_vector(const Eigen::Vector3d& turn_rad) {
+  const double angle = turn_rad.norm();
+  if (angle < 1e-12) return Eigen::Quaterniond(1, turn_rad.x() / 2, turn_rad.y() / 2, turn_rad.z() / 2);
+  return Eigen::Quaterniond(Eigen::AngleAxisd(angle, turn_rad / angle));
+}
+
+// The shortest one.
+Eigen::Vector3d to_rotation_vector(const Eigen::Quaterniond& q) {
+  const double sign = q.w() < 0 ? -1 : 1;
+  const double sine = q.vec().norm();
+  if (sine < 1e-12) return 2 * sign * q.vec();
+  return 2 * sign * std::atan2(sine, sign * q.w()) / sine * q.vec();
+}
+
 }  // namespace
 
 RobotTree::RobotTree(const RobotDescription& description) {
@@ -24,6 +38,7 @@ RobotTree::RobotTree(const RobotDescription& description) {
   for (std::size_t i = 1; i < count; ++i) {
     const LinkDescription& from = description.links[i];
     Link& link = links_[i];
+    link.freedom = from.freedom;
     link.parent = from.parent;
     if (from.parent == 0) limbs_.emplace_back(i, i);
     link.limb = limbs_.size() - 1;
@@ -38,15 +53,32 @@ RobotTree::RobotTree(const RobotDescription& description) {
     least_rad_[i] = from.min_rad - kGearPlay_rad;
     most_rad_[i] = from.max_rad + kGearPlay_rad;
     link.com_Link = from.mass.center_m;
+    if (link.freedom != Freedom::kHinge) {  // no rotor, and only the last of them has a mass
+      link.mass = from.mass.mass_kg;
+      link.inertia_Com = from.mass.inertia_kgm2;
+      continue;
+    }
     link.mass = std::max(from.mass.mass_kg, kLeastMass_kg);
     link.inertia_Com = from.mass.inertia_kgm2 * (link.mass / from.mass.mass_kg) +
                        kRotorInertia_kgm2 * Eigen::Matrix3d::Identity();
+  }
+  if (count > kBaseDegrees && links_[kBaseDegrees].freedom == Freedom::kBaseTurn) {
+    // what small links are heavier here than they are, the root is lighter: the robot falls as its weight
+    // says
+    double extra_kg = 0;
+    for (std::size_t i = kBaseDegrees + 1; i < count; ++i)
+      extra_kg += links_[i].mass - description.links[i].mass.mass_kg;
+    Link& root = links_[kBaseDegrees];
+    const double left = std::max(1 - extra_kg / root.mass, 0.1);
+    root.mass *= left;
+    root.inertia_Com *= left;
   }
   angle_rad_.assign(count, 0);
   speed_rad_s_.assign(count, 0);
   torque_Nm_.assign(count, 0);
   top_speed_rad_s_.assign(count, std::numeric_limits<double>::infinity());
   motor_.assign(count, {});
+  base_force_.assign(count, 0);
   at_torque_.assign(count, 0);
   beyond_.assign(count, {});
   mass_matrix_.assign(count * stride_, 0);
@@ -65,6 +97,10 @@ void RobotTree::update(std::size_t limb) {
   for (std::size_t i = limbs_[limb].first; i < limbs_[limb].second; ++i) {
     Link& link = links_[i];
     const Link& parent = links_[static_cast<std::size_t>(link.parent)];
+    if (link.freedom != Freedom::kHinge) {
+      update_base(i);
+      continue;
+    }
     const double half = angle_rad_[i] / 2;
     const double sine = std::sin(half);
     const Eigen::Quaterniond turned(std::cos(half), sine * link.axis_Link.x(), sine * link.axis_Link.y(),
@@ -79,6 +115,34 @@ void RobotTree::update(std::size_t limb) {
     link.w = parent.w + speed_rad_s_[i] * link.a;
     link.v0 = parent.v0 + speed_rad_s_[i] * link.s;
   }
+}
+
+void RobotTree::update_base(std::size_t i) {
+  Link& link = links_[i];
+  const Link& parent = links_[static_cast<std::size_t>(link.parent)];
+  if (link.freedom == Freedom::kBaseSlide) {
+    link.p = parent.p + angle_rad_[i] * link.axis_Link;
+    link.s = link.axis_Link;
+    link.a.setZero();
+  } else {
+    link.p = parent.p;
+    link.a = link.axis_Link;
+    link.s = link.p.cross(link.a);
+    if (i == kBaseDegrees)
+      link.q = from_rotation_vector(Eigen::Map<const Eigen::Vector3d>(&angle_rad_[kFirstBaseTurn]));
+  }
+  link.R = link.q.toRotationMatrix();
+  link.c = link.p + link.R * link.com_Link;
+  link.w = parent.w + speed_rad_s_[i] * link.a;
+  link.v0 = parent.v0 + speed_rad_s_[i] * link.s;
+}
+
+void RobotTree::turn_base(double step_s) {
+  const Eigen::Map<const Eigen::Vector3d> w(&speed_rad_s_[kFirstBaseTurn]);
+  Eigen::Map<Eigen::Vector3d> turn_rad(&angle_rad_[kFirstBaseTurn]);
+  const Eigen::Quaterniond q =
+      (from_rotation_vector(step_s * w) * from_rotation_vector(turn_rad)).normalized();
+  turn_rad = to_rotation_vector(q);
 }
 
 double RobotTree::stiffness(std::size_t link) const {
@@ -105,6 +169,12 @@ void RobotTree::begin(std::size_t limb, double step_s) {
     const Eigen::Vector3d moving = speed_rad_s_[i] * link.s;
     own.turn_acceleration = link.w.cross(turning);
     own.acceleration = link.v0.cross(turning) + link.w.cross(moving);
+    if (link.freedom != Freedom::kHinge) {
+      // a base's axes are the world's: they do not turn, they only move along with it
+      const Eigen::Map<const Eigen::Vector3d> v_World(&speed_rad_s_[1]);
+      own.turn_acceleration.setZero();
+      own.acceleration = v_World.cross(turning);
+    }
     if (hangs) {
       own.turn_acceleration += beyond_[above].turn_acceleration;
       own.acceleration += beyond_[above].acceleration;
@@ -119,6 +189,7 @@ void RobotTree::begin(std::size_t limb, double step_s) {
     const Beyond& own = beyond_[i];
     push_[i] = link.a.dot(own.turn_momentum) + link.s.dot(own.momentum) -
                step_s * (link.a.dot(own.turn_force) + link.s.dot(own.force));
+    if (link.freedom != Freedom::kHinge) push_[i] += step_s * base_force_[i];
     // force that turns everything beyond with unit acceleration
     const Eigen::Vector3d turn = own.inertia * link.a + own.moment.cross(link.s);
     const Eigen::Vector3d force = own.mass * link.s + link.a.cross(own.moment);
@@ -221,6 +292,10 @@ bool RobotTree::settle(std::size_t limb, bool last) {
 
 void RobotTree::advance(std::size_t limb, double step_s) {
   for (std::size_t i = limbs_[limb].first; i < limbs_[limb].second; ++i) {
+    if (links_[i].freedom == Freedom::kBaseTurn) {
+      if (i == kFirstBaseTurn) turn_base(step_s);
+      continue;
+    }
     speed_rad_s_[i] = std::clamp(speed_rad_s_[i], -top_speed_rad_s_[i], top_speed_rad_s_[i]);
     angle_rad_[i] += step_s * speed_rad_s_[i];
     // the stops of the solver give way a little, those of the gear do not

@@ -12,7 +12,8 @@ namespace nido::sim {
 
 // The robot's motion in joint coordinates: links that hang on each other by hinges cannot come apart, and a
 // step costs what a robot's structure asks, not what its number of constraints does. A limb is everything
-// beyond one hinge of the fixed root; limbs do not feel each other, and a limb at rest costs nothing.
+// beyond one hinge of the fixed root; limbs do not feel each other, and a limb at rest costs nothing. A robot
+// whose base is free is one limb, since all of it hangs on the base's six degrees of freedom.
 //
 // The equations of one step are H' v = b, where H' is the mass matrix with the motors' stiffness on its
 // diagonal. With H' = L^T D L (Featherstone, Rigid Body Dynamics Algorithms, chapter 6: L has the sparsity of
@@ -39,7 +40,9 @@ class RobotTree {
   // Hinges between root and link, the root's first, the link's own last. By the links that they move.
   [[nodiscard]] std::span<const int> path(std::size_t link) const { return links_[link].path; }
 
-  // -- the state: angles and speeds of the hinges, by link (0 unused)
+  // -- the state: angles and speeds of the hinges, by link (0 unused). Of a free base's links the first three
+  // hold where the base is (m) and how fast it moves (m/s), the last three its orientation as a rotation
+  // vector and its turn rate, all along the world's axes.
   [[nodiscard]] double angle_rad(std::size_t link) const { return angle_rad_[link]; }
   [[nodiscard]] double speed_rad_s(std::size_t link) const { return speed_rad_s_[link]; }
   void set(std::size_t link, double angle_rad, double speed_rad_s);
@@ -51,7 +54,19 @@ class RobotTree {
   [[nodiscard]] const Eigen::Matrix3d& R_WorldLink(std::size_t link) const { return links_[link].R; }
   [[nodiscard]] const Eigen::Vector3d& p_WorldLink_m(std::size_t link) const { return links_[link].p; }
   [[nodiscard]] const Eigen::Vector3d& p_WorldCom_m(std::size_t link) const { return links_[link].c; }
+  // Zero where the link slides.
   [[nodiscard]] const Eigen::Vector3d& axis_World(std::size_t link) const { return links_[link].a; }
+  // How fast a point that the link moves goes along a direction while the link's hinge has the speed one; the
+  // same for turning about the direction.
+  [[nodiscard]] double move_along(std::size_t link, const Eigen::Vector3d& p_World_m,
+                                  const Eigen::Vector3d& direction_World) const {
+    const Link& l = links_[link];
+    if (l.freedom == Freedom::kBaseSlide) return l.s.dot(direction_World);
+    return l.a.dot((p_World_m - l.p).cross(direction_World));
+  }
+  [[nodiscard]] double turn_along(std::size_t link, const Eigen::Vector3d& direction_World) const {
+    return links_[link].a.dot(direction_World);
+  }
   [[nodiscard]] const Eigen::Vector3d& w_World_rad_s(std::size_t link) const { return links_[link].w; }
   [[nodiscard]] Eigen::Vector3d v_WorldCom_m_s(std::size_t link) const {
     return links_[link].v0 + links_[link].w.cross(links_[link].c);
@@ -59,6 +74,8 @@ class RobotTree {
 
   // -- one step
   void set_motor(std::size_t link, const Motor& motor) { motor_[link] = motor; }
+  // What acts on a degree of freedom of the base, which has no motor, until the next call: N or N m.
+  void set_base_force(std::size_t link, double force) { base_force_[link] = force; }
   // The gear turns no faster, whatever flings the hinge. Any speed until this is said.
   void set_top_speed(std::size_t link, double speed_rad_s) { top_speed_rad_s_[link] = speed_rad_s; }
   // Mass matrix and forces of the limb as it moves now.
@@ -94,6 +111,7 @@ class RobotTree {
 
  private:
   struct Link {
+    Freedom freedom = Freedom::kHinge;
     int parent = 0;
     std::size_t limb = 0;
     std::size_t depth = 0;  // hinges between root and this one
@@ -128,6 +146,9 @@ class RobotTree {
     Eigen::Vector3d acceleration = Eigen::Vector3d::Zero();
   };
 
+  void update_base(std::size_t link);
+  // The base's orientation after a step with its turn rate.
+  void turn_base(double step_s);
   [[nodiscard]] double stiffness(std::size_t link) const;
 
   std::vector<Link> links_;
@@ -136,6 +157,7 @@ class RobotTree {
   std::vector<double> angle_rad_, speed_rad_s_, torque_Nm_, top_speed_rad_s_;
   std::vector<double> least_rad_, most_rad_;  // what no push gets a hinge beyond
   std::vector<Motor> motor_;
+  std::vector<double> base_force_;
   std::vector<int> at_torque_;  // -1, 1: the motor gives all its torque that way; 0: it keeps its speed
   std::vector<Beyond> beyond_;
   std::vector<double> mass_matrix_;  // row of a link: entries along its path

@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "ode_library.h"
+#include "robot_base.h"
 #include "simulation_impl.h"
 
 namespace nido::sim {
@@ -153,8 +154,9 @@ Result<std::unique_ptr<Simulation>> Simulation::create(const SimulationOptions& 
   if (!skin) return skin.error();
   auto block = read_control_block(*model, options.urdf_path.string());
   if (!block) return block.error();
-  auto world = read_world(options);
+  auto world = read_world_with_base(options, *description);
   if (!world) return world.error();
+  if (options.base == Base::kFree) free_base(*description);
 
   try {
     auto impl = std::make_unique<Impl>();
@@ -194,6 +196,11 @@ Result<std::unique_ptr<Simulation>> Simulation::create(const SimulationOptions& 
     impl->limb_forces = std::make_unique<LimbForces>(*impl->robot, impl->block);
     impl->inertial = impl->robot->find_frame(impl->block.inertial_link);
     impl->drives->go_home(*impl->robot);
+    if (impl->robot->is_free() && impl->contacts->robot_shape_count() > 0) {
+      // on its feet, in whatever posture
+      impl->robot->set_base_height(kFloorHeight_m - impl->contacts->lowest_m());
+      impl->drives->go_home(*impl->robot);
+    }
     if (options.self_collision) impl->contacts->begin_self_collision();
     if (Status built = impl->replace_objects(impl->start.objects, impl->start.joints); !built)
       return Error{built.error().code, options.world_path.string() + ": joints: " + built.error().message};

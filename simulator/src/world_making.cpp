@@ -139,9 +139,10 @@ std::string count(Impl& sim, Arguments& arguments) {
 
 std::string remove(Impl& sim, Arguments& arguments) {
   if (arguments.peek() == "all" && arguments.left() == 1) {
-    // the table is furniture, not an object that somebody made
+    // table and stand are furniture, not objects that somebody made
     for (std::size_t i = sim.objects.size(); i-- > 0;) {
-      if (sim.objects[i]->description().kind != "table") sim.erase_object(i);
+      const std::string& kind = sim.objects[i]->description().kind;
+      if (kind != "table" && kind != "stand") sim.erase_object(i);
     }
     objects_changed(sim);
     return "[ok]";
@@ -205,7 +206,7 @@ constexpr std::array<WorldVerb, 6> kVerbs = {{
      "makes a box, a ball, a cylinder along its z, or a mesh from the model folder (OBJ, STL, DAE; textures: "
      "none, checker, wood, fabric); s: nothing moves it; the last word: does it touch the robot",
      "world mk box 0.05 0.05 0.05 0.1 0.6 0.3 1 0 0"},
-    {"del", remove, "OBJECT | all", "deletes; all leaves the table", "world del box 1"},
+    {"del", remove, "OBJECT | all", "deletes; all leaves table and stand", "world del box 1"},
     {"num", count, "KIND | all", "how many there are", "world num box"},
     {"list", list, "", "(NAME KIND N X Y Z) of everything", "world list"},
     {"name", rename, "OBJECT NEWNAME", "another name", "world name box 1 \"blue cube\""},

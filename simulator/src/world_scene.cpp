@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <numbers>
 
+#include "robot_base.h"
 #include "world_verbs.h"
 
 namespace nido::sim {
@@ -158,7 +159,7 @@ std::string load(Impl& sim, Arguments& arguments) {
     const std::filesystem::path shipped = sim.options.urdf_path.parent_path().parent_path() / "worlds";
     if (std::filesystem::exists(shipped / (name + kEnding))) options.world_path = shipped / (name + kEnding);
   }
-  auto read = read_world(options);
+  auto read = read_world_with_base(options, sim.robot->description());
   if (!read) return fail_reply("could not load", read.error().message);
   if (Status done = sim.replace_objects(read->objects, read->joints); !done)
     return fail_reply("could not load", done.error().message);
@@ -215,7 +216,7 @@ std::string seed(Impl& sim, Arguments& arguments) {
   if (!arguments.ok()) return arguments.failure();
   SimulationOptions options = sim.options;
   options.seed = static_cast<std::uint64_t>(value);
-  auto read = read_world(options);
+  auto read = read_world_with_base(options, sim.robot->description());
   if (!read) return fail_reply("could not set seed", read.error().message);
   if (Status done = sim.replace_objects(read->objects, read->joints); !done)
     return fail_reply("could not set seed", done.error().message);

@@ -10,8 +10,8 @@ namespace {
 
 constexpr std::array<const char*, 8> kMakeable = {"box", "sbox", "cyl",   "scyl",
                                                   "sph", "ssph", "model", "smodel"};
-constexpr std::array<const char*, 11> kKinds = {"box",   "sbox",   "cyl",    "scyl", "sph",  "ssph",
-                                                "model", "smodel", "basket", "bear", "table"};
+constexpr std::array<const char*, 12> kKinds = {"box",   "sbox",   "cyl",    "scyl", "sph",   "ssph",
+                                                "model", "smodel", "basket", "bear", "table", "stand"};
 
 template <std::size_t N>
 std::string known_kind(const std::string& word, const std::array<const char*, N>& kinds) {

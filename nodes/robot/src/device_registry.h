@@ -45,6 +45,7 @@ struct RunSettings {
   std::filesystem::path world_file;  // empty: a floor and nothing else
   std::string target;                // object that a random world must have; empty: the seed chooses
   std::uint64_t seed = 1;
+  std::string base;  // what holds a simulated root; empty: as the robot file says
   AudioSettings audio;
   std::filesystem::path said;  // sound file for what the robot says; empty: none
 };

@@ -49,6 +49,10 @@ const Schema& settings_schema() {
         .kind = ValueKind::kFlag,
         .fallback = "false",
         .meaning = "shows the simulated world on this computer's display"},
+       {.key = "base",
+        .fallback = "''",
+        .meaning = "what holds the simulated robot's root; empty: as the robot file says",
+        .allowed = {"", "fixed", "stand", "free"}},
        {.key = "lockstep",
         .kind = ValueKind::kAnyMap,
         .fallback = "{}",
@@ -85,6 +89,7 @@ Result<RobotSettings> read_settings(const YAML::Node& parameters, std::uint64_t 
   if (const auto rate = values["rate"].as<std::string>(); rate != "max")
     settings.rate = values["rate"].as<double>();
   settings.is_paused = values["paused"].as<bool>();
+  settings.run.base = values["base"].as<std::string>();
   settings.window = values["window"].as<bool>();
   const YAML::Node audio = values["audio"];
   settings.run.audio = {audio["source"].as<std::string>(), audio["file"].as<std::string>(),

@@ -33,6 +33,11 @@ const Schema& simulation_schema() {
         .kind = ValueKind::kFlag,
         .fallback = "true",
         .meaning = "the robot's limbs and fingers touch each other"},
+       {.key = "base",
+        .fallback = "fixed",
+        .meaning = "what holds the root: the world; a stand that can be seen and touched; nothing, it stands "
+                   "on its feet",
+        .allowed = {"fixed", "stand", "free"}},
        {.key = "scene_folder",
         .fallback = "out/scenes",
         .meaning =
@@ -71,6 +76,9 @@ Result<std::shared_ptr<sim::SimulatedRobot>> shared_robot(DeviceContext& context
   options.solver_iterations = (*parameters)["solver_iterations"].as<int>();
   options.light.brightness = (*parameters)["brightness"].as<double>();
   options.self_collision = (*parameters)["self_collision"].as<bool>();
+  const std::string base =
+      context.run.base.empty() ? (*parameters)["base"].as<std::string>() : context.run.base;
+  options.base = base == "free" ? sim::Base::kFree : base == "stand" ? sim::Base::kStand : sim::Base::kFixed;
   options.scene_folder = (*parameters)["scene_folder"].as<std::string>();
   sim::RenderOptions rendering;
   rendering.samples = (*parameters)["antialiasing"].as<int>();

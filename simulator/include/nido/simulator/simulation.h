@@ -18,6 +18,10 @@
 
 namespace nido::sim {
 
+// What holds the robot's root: the world; the same with a stand to be seen and touched; nothing, so that it
+// stands on its feet and can fall.
+enum class Base { kFixed, kStand, kFree };
+
 // What a simulation is made from.
 struct SimulationOptions {
   std::filesystem::path urdf_path;   // config/robots/icub.urdf
@@ -28,7 +32,8 @@ struct SimulationOptions {
   double physics_step_s = 0.001;  // must divide the control period of 10 ms
   int solver_iterations = 20;     // most in every physics step
   bool self_collision = true;     // the robot's limbs and fingers touch each other
-  Lighting light;                 // of the room, at the start and after a reset
+  Base base = Base::kFixed;
+  Lighting light;  // of the room, at the start and after a reset
   // Where the world port keeps what it saves, scenes and snapshots; made when needed. The port writes nowhere
   // else.
   std::filesystem::path scene_folder = "out/scenes";
