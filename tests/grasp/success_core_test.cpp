@@ -19,6 +19,7 @@ TEST(DrawThing, IsOneOfEachKindWithinReachAndTheSameForTheSameSeed) {
     shapes.insert(thing.shape);
     EXPECT_EQ(thing.p_Root_m, draw_thing(7, number).p_Root_m);
     EXPECT_NE(thing.p_Root_m, draw_thing(8, number).p_Root_m);
+    EXPECT_EQ(thing.p_Root_m.y(), -draw_thing(7, number, "left").p_Root_m.y());
     EXPECT_GE(thing.p_Root_m.x(), -0.38);
     EXPECT_LE(thing.p_Root_m.y(), 0.12);
     EXPECT_FALSE(thing.phrases.empty());

@@ -74,6 +74,21 @@ TEST_F(AppFile, ReadsProcessesConnectionsAndDefaults) {
   EXPECT_EQ(app->connections.front().second, "/vision/left:i");
 }
 
+TEST_F(AppFile, TheHandThatActsStandsInConnections) {
+  const std::string text =
+      "name: a\nprocesses:\n  - {name: x, program: p, parameters: {side: '${hand}'}}\nconnections:\n"
+      "  - {out: '/icubSim/${hand}_arm/state:o', in: '/x/arm:i'}\n";
+  EXPECT_EQ(load(text)->connections.front().first, "/icubSim/right_arm/state:o");
+  const auto left = load(text, {"hand=left"});
+  ASSERT_TRUE(left.ok()) << left.error().message;
+  EXPECT_EQ(left->connections.front().first, "/icubSim/left_arm/state:o");
+  EXPECT_NE(complaint(text, {"hand=third"}).find("expected one of right, left"), std::string::npos);
+  EXPECT_NE(complaint("name: a\nprocesses:\n  - {name: x, program: p}\nconnections:\n"
+                      "  - {out: '/icubSim/${seed}/state:o', in: '/x/arm:i'}\n")
+                .find("may hold the reference ${hand} and no other"),
+            std::string::npos);
+}
+
 TEST_F(AppFile, StartsAProcessAfterThoseItDependsOn) {
   auto app = load(
       "name: a\nprocesses:\n  - {name: x, program: p, depends_on: [z]}\n  - {name: y, program: p}\n"

@@ -38,6 +38,31 @@ TEST(ArmChain, EqualsTheRobotModelForBothArms) {
   EXPECT_FALSE(ArmChain::from_model(model, "middle").ok());
 }
 
+// The mirror swaps left and right, and in the palm frame the sides of the palm.
+TEST(ArmChain, TheLeftArmIsTheMirrorImageOfTheRight) {
+  const RobotModel model = RobotModel::load(NIDO_CONFIG_DIR "/robots/icub.urdf").value();
+  const ArmChain right = ArmChain::from_model(model, "right").value();
+  const ArmChain left = ArmChain::from_model(model, "left").value();
+  const Eigen::DiagonalMatrix<double, 3> mirror(1.0, -1.0, 1.0);
+  const Eigen::DiagonalMatrix<double, 3> palm(1.0, 1.0, -1.0);
+  std::mt19937_64 random(4);
+  for (int i = 0; i < 20; ++i) {
+    const Joints q = random_posture(random);
+    Joints q_mirror = q;
+    q_mirror(0) = -q(0);  // torso yaw and roll
+    q_mirror(1) = -q(1);
+    const Eigen::Isometry3d X = right.X_RootPalm(q);
+    const Eigen::Isometry3d X_mirror = left.X_RootPalm(q_mirror);
+    EXPECT_LT((X_mirror.translation() - mirror * X.translation()).norm(), 1e-4);
+    EXPECT_LT((X_mirror.linear() - mirror * X.linear() * palm).norm(), 1e-3);
+    const auto points = right.body_points(q);
+    const auto points_mirror = left.body_points(q_mirror);
+    ASSERT_EQ(points.size(), points_mirror.size());
+    for (std::size_t p = 0; p < points.size(); ++p)
+      EXPECT_LT((points_mirror[p].p_Root_m - mirror * points[p].p_Root_m).norm(), 2e-4);
+  }
+}
+
 TEST(ArmChain, JacobianEqualsFiniteDifferences) {
   std::mt19937_64 random(2);
   const ArmChain chain = right_arm();

@@ -97,8 +97,10 @@ const std::map<std::string, Kind> kOptions = {{"--robot", Kind::kRobot},
                                               {"--world", Kind::kWorld},
                                               {"--lockstep", Kind::kNode},
                                               {"--except", Kind::kOutput}};
-const std::map<std::string, std::vector<std::string>> kWords = {
-    {"--clock", {"auto", "wall", "simulated"}}, {"--compression", {"zstd", "none"}}, {"--rate", {"max"}}};
+const std::map<std::string, std::vector<std::string>> kWords = {{"--clock", {"auto", "wall", "simulated"}},
+                                                                {"--compression", {"zstd", "none"}},
+                                                                {"--rate", {"max"}},
+                                                                {"--hand", {"left", "right"}}};
 
 std::vector<std::string> programs_named(const std::string& prefix) {
   std::vector<std::string> names;

@@ -52,6 +52,7 @@ void add_launch(CLI::App& root, LaunchRequest& request) {
   text("--robot", "defaults.robot", "robot file: a name in config/robots, or a path", "FILE");
   text("--world", "defaults.world", "world: a name in config/worlds, or a path", "NAME|FILE");
   text("--seed", "defaults.seed", "seeds every random generator", "N");
+  text("--hand", "defaults.hand", "the hand that acts, in apps that act with one", "right|left");
   text("--rate", "defaults.rate", "simulated seconds in a second, or max", "R|max");
   text("--domain", "defaults.domain", "DDS domain; ROS_DOMAIN_ID or 0 otherwise", "N");
   text("--for", "defaults.for_s", "end after this simulated time, s", "SECONDS");

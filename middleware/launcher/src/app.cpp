@@ -221,6 +221,7 @@ Result<App> load_app(const std::string& file, const std::vector<Override>& optio
   app.robot = defaults["robot"].as<std::string>();
   app.world = defaults["world"].as<std::string>();
   app.seed = defaults["seed"].as<std::uint64_t>();
+  app.hand = defaults["hand"].as<std::string>();
   app.rate = defaults["rate"].as<std::string>();
   app.lockstep = defaults["lockstep"].as<bool>();
   if (defaults["domain"]) app.domain = defaults["domain"].as<int>();
@@ -248,7 +249,15 @@ Result<App> load_app(const std::string& file, const std::vector<Override>& optio
   }
   if (app.processes.empty())
     return at(file, read_document["processes"], "'processes' is empty: there is nothing to start");
-  for (const auto& item : top["connections"]) {
+  const std::map<std::string, YAML::Node> hand = {{"hand", YAML::Node(app.hand)}};
+  for (std::size_t i = 0; i < top["connections"].size(); ++i) {
+    const YAML::Node item = fill_references(top["connections"][i], hand);
+    for (const char* end : {"out", "in"}) {
+      if (item[end].Scalar().find("${") == std::string::npos) continue;
+      return at(file, read_document["connections"][i][end],
+                fmt::format("'{}': a connection may hold the reference ${{hand}} and no other",
+                            item[end].Scalar()));
+    }
     app.connections.emplace_back(item["out"].as<std::string>(), item["in"].as<std::string>());
   }
   if (auto status = order_processes(app, read_document["processes"]); !status) return status.error();

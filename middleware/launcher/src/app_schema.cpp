@@ -61,6 +61,10 @@ const Schema& defaults_schema() {
                                .meaning = "seeds every random generator of the run",
                                .min = 0,
                                .max = 4294967295.0},
+                              {.key = "hand",
+                               .fallback = "right",
+                               .meaning = "the hand that acts, for ${hand} in parameters and connections",
+                               .allowed = {"right", "left"}},
                               {.key = "rate",
                                .kind = ValueKind::kNumberOrMax,
                                .fallback = "max",
@@ -216,9 +220,9 @@ const Schema& app_schema() {
 }
 
 const std::vector<std::string>& app_reference_names() {
-  static const std::vector<std::string> names = {"app",    "robot_file", "world_file", "seed",
-                                                 "rate",   "lockstep",   "audio",      "lockstep_nodes",
-                                                 "domain", "config",     "out",        "for_s"};
+  static const std::vector<std::string> names = {
+      "app",    "robot_file", "world_file", "seed",  "rate", "lockstep", "audio", "lockstep_nodes",
+      "domain", "config",     "out",        "for_s", "hand"};
   return names;
 }
 

@@ -113,6 +113,7 @@ Result<fs::path> write_node_file(const App& app, const AppProcess& process, cons
       {"robot_file", YAML::Node(settings.robot_file.string())},
       {"world_file", YAML::Node(settings.world_file.string())},
       {"seed", YAML::Node(app.seed)},
+      {"hand", YAML::Node(app.hand)},
       {"rate", YAML::Node(app.rate)},
       {"lockstep", YAML::Node(app.lockstep)},
       {"lockstep_nodes", lockstep_nodes},

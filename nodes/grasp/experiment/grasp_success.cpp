@@ -23,6 +23,7 @@ namespace fs = std::filesystem;
 
 struct Request : ExperimentRequest {
   int block = 10;
+  std::string hand = "right";
   int domain = kFreeDomain;
 };
 
@@ -88,9 +89,9 @@ Result<std::vector<nlohmann::json>> try_block(const Request& request, int first,
   if (const Status written = write_templates(templates); !written) return written.error();
   const Status done = run_app_once(
       {"grasp_success",
-       {"--seed", std::to_string(request.seed), "--rate", "max", "--lockstep", "--set",
-        fmt::format("grasp_success.first={}", first), "--set", "vision.templates=" + templates.string(),
-        "--set", fmt::format("grasp_success.count={}", count)},
+       {"--seed", std::to_string(request.seed), "--rate", "max", "--lockstep", "--hand", request.hand,
+        "--set", fmt::format("grasp_success.first={}", first), "--set",
+        "vision.templates=" + templates.string(), "--set", fmt::format("grasp_success.count={}", count)},
        out.string()},
       lane);
   if (!done) return done.error();
@@ -114,16 +115,17 @@ Report make_report(const Request& request, const std::vector<nlohmann::json>& ro
   Report report;
   report.name = "grasp-success";
   report.title = "Grasping things of all shapes";
-  report.summary =
-      "A thing is put anywhere on the table where the right hand takes things, turned any way; the robot is "
+  report.summary = fmt::format(
+      "A thing is put anywhere on the table where the {} hand takes things, turned any way; the robot is "
       "told to grasp "
       "it, finds it by sight, closes by touch, lifts, and tries again by itself when that fails. It must "
       "stay in the air "
       "for 3 s after the lift. Trained: cube of 5 cm, ball of 6 cm; unseen: boxes of 2.5 to 6 cm, cylinders "
       "of 3 to 6 cm, "
-      "bear.";
-  report.command =
-      fmt::format("nido experiment run grasp-success --seed {} --trials {}", request.seed, request.trials);
+      "bear.",
+      request.hand);
+  report.command = fmt::format("nido experiment run grasp-success --seed {} --trials {}{}", request.seed,
+                               request.trials, request.hand == "right" ? "" : " --hand " + request.hand);
   report.seed = request.seed;
   report.trials = static_cast<long>(rows.size());
   report.robot = "icub_sim";
@@ -209,6 +211,7 @@ int main(int argc, char** argv) {
   app.add_option("--block", request.block, "things that one start of the robot tries")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
+  nido::add_hand_option(app, request.hand);
   nido::add_domain_option(app, request.domain);
   if (const auto code = nido::parse_experiment(app, argc, argv)) return *code;
   return nido::end_experiment(nido::grasp::run(request));

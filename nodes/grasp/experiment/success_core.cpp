@@ -26,7 +26,7 @@ const std::vector<std::array<double, 2>>& unseen_cylinders_m() {
   return tins;
 }
 
-SuccessThing draw_thing(std::uint64_t seed, int number) {
+SuccessThing draw_thing(std::uint64_t seed, int number, const std::string& hand) {
   std::seed_seq mix{static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32),
                     static_cast<std::uint32_t>(number)};
   std::mt19937_64 random(mix);
@@ -35,6 +35,10 @@ SuccessThing draw_thing(std::uint64_t seed, int number) {
   thing.p_Root_m.x() = draw(-0.38, -0.26);
   thing.p_Root_m.y() = draw(0.0, 0.12);
   thing.yaw_rad = draw(-kPi, kPi);
+  if (hand == "left") {
+    thing.p_Root_m.y() *= -1.0;
+    thing.yaw_rad *= -1.0;
+  }
   const auto one_of = [&](const auto& list) {
     return list[std::uniform_int_distribution<std::size_t>(0, list.size() - 1)(random)];
   };
@@ -158,7 +162,7 @@ SuccessOutputs SuccessCore::step(double dt_s, const SuccessInputs& inputs) {
       if (in_state_s_ < kEmpty_s) break;
       result_ = SuccessResult{};
       result_.number = number_;
-      result_.thing = draw_thing(options_.seed, number_);
+      result_.thing = draw_thing(options_.seed, number_, options_.hand);
       ++number_;
       phrase_ = 0;
       out.put = result_.thing;

@@ -27,8 +27,8 @@ const std::vector<double>& unseen_boxes_m();
 const std::vector<std::array<double, 2>>& unseen_cylinders_m();
 
 // The number-th thing of a seed: cube of 5 cm, ball of 6 cm, boxes from 2.5 to 6 cm, cylinders, bear, in
-// turn; anywhere where the right hand takes things, turned any way.
-SuccessThing draw_thing(std::uint64_t seed, int number);
+// turn; anywhere where the hand takes things, turned any way: the same for both hands, in the mirror.
+SuccessThing draw_thing(std::uint64_t seed, int number, const std::string& hand = "right");
 
 // What became of it.
 struct SuccessResult {
@@ -44,6 +44,7 @@ struct SuccessResult {
 
 struct SuccessOptions {
   std::uint64_t seed = 1;
+  std::string hand = "right";
   int first = 0;  // number of the first thing
   int count = 10;
   double test_s = 3.0;         // to be held after lifting

@@ -144,6 +144,9 @@ Status run(Node& node) {
                  fmt::format("parameters first and count are {} and {}; expected 0 or more and 1 or more",
                              *first, *count)};
   }
+  auto hand = node.parameter<std::string>("hand", options.hand, {.about = "", .choices = {"right", "left"}});
+  if (!hand) return hand.error();
+  options.hand = *hand;
   options.first = *first;
   options.count = *count;
 

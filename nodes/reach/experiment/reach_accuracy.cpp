@@ -22,6 +22,7 @@ namespace {
 
 struct Request : ExperimentRequest {
   int block = 31;
+  std::string hand = "right";
   int domain = kFreeDomain;
 };
 
@@ -57,7 +58,7 @@ Result<nlohmann::json> trials_of(const Request& request, const Block& block, con
   const std::filesystem::path file = out / "trials.json";
   const Status ran = run_app_once(
       {"reach_accuracy",
-       {"--seed", std::to_string(block.seed), "--rate", "max", "--lockstep", "--set",
+       {"--seed", std::to_string(block.seed), "--rate", "max", "--lockstep", "--hand", request.hand, "--set",
         fmt::format("trials.trials={}", block.balls), "--set", fmt::format("trials.file={}", file.string()),
         "--set", fmt::format("reach.controller={}", block.controller.name)},
        out.string()},
@@ -73,7 +74,7 @@ Result<nlohmann::json> trials_of(const Request& request, const Block& block, con
 Report make_report(const Request& request, const std::vector<std::optional<nlohmann::json>>& done) {
   Report report;
   report.name = "reach-accuracy";
-  report.title = "How near the hand comes";
+  report.title = fmt::format("How near the {} hand comes", request.hand);
   report.summary =
       "A ball hangs at random places in the air. The robot finds it with its cameras and brings the mark on "
       "the back of its "
@@ -81,8 +82,8 @@ Report make_report(const Request& request, const std::vector<std::optional<nlohm
       "nothing. Once with the "
       "network of the paper alone, once with the learned model of the seen hand in inverse kinematics and "
       "the eyes' correction.";
-  report.command =
-      fmt::format("nido experiment run reach-accuracy --seed {} --trials {}", request.seed, request.trials);
+  report.command = fmt::format("nido experiment run reach-accuracy --seed {} --trials {}{}", request.seed,
+                               request.trials, request.hand == "right" ? "" : " --hand " + request.hand);
   report.seed = request.seed;
   report.trials = request.trials;
   report.robot = "icub_sim_babbling";
@@ -177,11 +178,14 @@ int main(int argc, char** argv) {
   request.jobs = 2;
   request.out = "out/reach-accuracy";
   CLI::App app("How near the hand comes to what the eyes see.", "nido-experiment-reach-accuracy");
-  app.footer("example\n  nido experiment run reach-accuracy --seed 1 --trials 62 --out out/accuracy");
+  app.footer(
+      "example\n  nido experiment run reach-accuracy --seed 1 --trials 62 --out out/accuracy\n"
+      "  nido experiment run reach-accuracy --hand left");
   nido::add_experiment_options(app, request);
   app.add_option("--block", request.block, "balls that one start of the robot gets")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
+  nido::add_hand_option(app, request.hand);
   nido::add_domain_option(app, request.domain);
   if (const auto code = nido::parse_experiment(app, argc, argv)) return *code;
   return nido::end_experiment(nido::reach::run(request));

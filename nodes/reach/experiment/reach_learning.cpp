@@ -33,7 +33,7 @@ struct Request : ExperimentRequest {
   std::string from;         // folder with samples of an earlier run
   std::string weights;      // folder for the weights
   std::string urdf;
-  std::string side = "right";
+  std::string hand = "right";
   long iterations = 50000;
   double rate = 0.05;
   int domain = kFreeDomain;
@@ -53,8 +53,9 @@ std::string command_line(const Request& request) {
   return fmt::format(
       "nido experiment run reach-learning --seed {} --set samples={} --set body-samples={} --set "
       "iterations={} "
-      "--set rate={} --set weights=config/weights",
-      request.seed, request.samples, request.body_samples, request.iterations, request.rate);
+      "--set rate={} --set weights=config/weights{}",
+      request.seed, request.samples, request.body_samples, request.iterations, request.rate,
+      request.hand == "right" ? "" : " --hand " + request.hand);
 }
 
 // One robot that babbles, with eyes of its own, in a DDS domain of its own.
@@ -84,14 +85,14 @@ Result<LaunchedApp> start(const Request& request, const Babble& babble, int doma
   const std::filesystem::path out = std::filesystem::absolute(request.out);
   std::error_code absent;
   std::filesystem::remove(log_of(out, babble), absent);  // of an earlier run: it would be taken for progress
-  return LaunchedApp::start("reach_babbling",
-                            {"--seed", std::to_string(babble.seed), "--rate", "max", "--lockstep", "--domain",
-                             std::to_string(domain), "--out", (out / babble.name).string(), "--set",
-                             fmt::format("reach.samples={}", babble.samples), "--set",
-                             fmt::format("reach.whole_body={}", babble.whole_body), "--set",
-                             fmt::format("reach.side={}", request.side), "--set",
-                             fmt::format("reach.samples_file={}", samples_file(out, babble).string())},
-                            (out / (babble.name + ".log")).string());
+  return LaunchedApp::start(
+      "reach_babbling",
+      {"--seed", std::to_string(babble.seed), "--rate", "max", "--lockstep", "--hand", request.hand,
+       "--domain", std::to_string(domain), "--out", (out / babble.name).string(), "--set",
+       fmt::format("reach.samples={}", babble.samples), "--set",
+       fmt::format("reach.whole_body={}", babble.whole_body), "--set",
+       fmt::format("reach.samples_file={}", samples_file(out, babble).string())},
+      (out / (babble.name + ".log")).string());
 }
 
 // What a babbling robot has gathered so far, from its log ("babbling: 300 of 2500 samples").
@@ -277,8 +278,8 @@ Status write_weights(const Request& request, const PostureNetwork& network, cons
   learning::WeightsFile hand_file;
   hand_file.command = posture_file.command;
   hand.write_to(hand_file);
-  for (const auto& [file, name] :
-       {std::pair(&posture_file, "reach_posture.txt"), std::pair(&hand_file, "reach_hand.txt")}) {
+  for (const auto& [file, name] : {std::pair(&posture_file, weights_file("reach_posture", request.hand)),
+                                   std::pair(&hand_file, weights_file("reach_hand", request.hand))}) {
     if (const Status saved = file->save((folder / name).string()); !saved) return saved;
     fmt::print("{}\n", (folder / name).string());
   }
@@ -290,7 +291,7 @@ Status run(const Request& request) {
   std::error_code failure;
   std::filesystem::create_directories(request.out, failure);
   if (failure) return Error{ErrorCode::kFailed, request.out + ": " + failure.message()};
-  auto body = load_body(request.urdf, "", request.side);
+  auto body = load_body(request.urdf, "", request.hand);
   if (!body) return body.error();
   auto samples = gather(request);
   if (!samples) return samples.error();
@@ -381,10 +382,8 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(200, 1000000))
       ->capture_default_str();
   app.add_option("--from", request.from, "folder of an earlier run whose samples are used again");
-  app.add_option("--weights", request.weights, "folder to write reach_posture.txt and reach_hand.txt to");
-  app.add_option("--side", request.side, "right or left")
-      ->check(CLI::IsMember({"right", "left"}))
-      ->capture_default_str();
+  app.add_option("--weights", request.weights, "folder to write the weights of reach to");
+  nido::add_hand_option(app, request.hand);
   app.add_option("--iterations", request.iterations, "passes over the learned samples in training")
       ->check(CLI::Range(1L, 1000000000L))
       ->capture_default_str();

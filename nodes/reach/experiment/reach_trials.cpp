@@ -136,6 +136,7 @@ class Trials {
         std::uniform_real_distribution<double> share(0.0, 1.0);
         ball_Root_m_ = {-0.22 - 0.14 * share(random_), 0.0 + 0.22 * share(random_),
                         -0.04 + 0.16 * share(random_)};
+        if (settings_.side == "left") ball_Root_m_.y() *= -1.0;
         if (auto put = world_.put_ball(ball_Root_m_); !put) return put;
         enter(Phase::kHome, t);
         return {};

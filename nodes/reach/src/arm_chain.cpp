@@ -25,6 +25,7 @@ Result<ArmChain> ArmChain::from_model(const RobotModel& model, const std::string
   if (!hand) return hand.error();
   const std::array<std::string, kJoints> names = joint_names(side.substr(0, 1) + "_");
   ArmChain chain;
+  chain.palm_z_ = side == "left" ? -1.0 : 1.0;
   Eigen::Isometry3d X_JointBelow = Eigen::Isometry3d::Identity();  // of what was passed, in the frame now at
   std::size_t next = kJoints;
   for (int link = hand->frame; link >= 0; link = model.links()[static_cast<std::size_t>(link)].parent) {
@@ -93,6 +94,7 @@ std::vector<ArmChain::BodyPoint> ArmChain::body_points(const Joints& q) const {
     }
   }
   X = X * X_LastPalm_;
+  X.linear().col(2) *= palm_z_;  // the left hand is the mirror image of the right one
   // palm; fingers and thumb as they are when they are open or made ready to grasp
   for (const Eigen::Vector3d& p_Palm_m :
        {Eigen::Vector3d(-0.03, 0.0, -0.015), Eigen::Vector3d(0.0, -0.03, -0.01),

@@ -318,11 +318,10 @@ Status babble(Node& node, const SettingsPaths& paths, const std::string& side) {
 Status run(Node& node) {
   const auto places = find_places();
   if (!places) return places.error();
-  SettingsPaths paths;
-  paths.urdf = (places->config / "robots" / "icub.urdf").string();
-  paths.postures = (places->config / "robots" / "grasp_postures.yaml").string();
-  paths.posture_weights = (places->config / "weights" / "reach_posture.txt").string();
-  paths.hand_weights = (places->config / "weights" / "reach_hand.txt").string();
+  auto side = node.parameter<std::string>("side", "right",
+                                          {.about = "the hand that acts", .choices = {"right", "left"}});
+  if (!side) return side.error();
+  SettingsPaths paths = shipped_paths(places->config, *side);
   for (const auto& [key, value] : std::initializer_list<std::pair<const char*, std::string*>>{
            {"urdf", &paths.urdf},
            {"calibration", &paths.calibration},
@@ -333,8 +332,6 @@ Status run(Node& node) {
     if (!given) return given.error();
     *value = *given;
   }
-  auto side = node.parameter<std::string>("side", "right");
-  if (!side) return side.error();
   auto mode = node.parameter<std::string>("mode", "act");
   if (!mode) return mode.error();
   if (*mode == "babble") return babble(node, paths, *side);

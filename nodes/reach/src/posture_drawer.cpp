@@ -47,7 +47,7 @@ bool PostureDrawer::is_useful(const Joints& q) const {
   const Eigen::Vector3d p = X.translation();
   const bool in_space =
       (p - space_min_Root_m_).minCoeff() >= 0.0 && (space_max_Root_m_ - p).minCoeff() >= 0.0;
-  const Eigen::Vector3d back_of_hand = (is_right_ ? -1.0 : 1.0) * X.linear().col(2);
+  const Eigen::Vector3d back_of_hand = -chain_.palm_z() * X.linear().col(2);
   return in_space && back_of_hand.dot((kEyes_Root_m - p).normalized()) > 0.35 && is_clear_of_body(q);
 }
 

@@ -35,7 +35,9 @@ std::string shape_of(const std::string& object) {
 }  // namespace
 
 ReachCore::ReachCore(MotionPlanner planner, ReachOptions options)
-    : planner_(std::move(planner)), options_(std::move(options)) {}
+    : planner_(std::move(planner)), options_(std::move(options)) {
+  p_PalmHeld_m_.z() *= planner_.chain().palm_z();
+}
 
 ReachOutput ReachCore::step(double now_s, const ReachInput& input) {
   note_.reset();

@@ -103,6 +103,31 @@ PlannerOptions default_planner_options() {
   return options;
 }
 
+std::string weights_file(const std::string& what, const std::string& side) {
+  return side == "right" ? what + ".txt" : fmt::format("{}_{}.txt", what, side);
+}
+
+SettingsPaths shipped_paths(const std::filesystem::path& config, const std::string& side) {
+  SettingsPaths paths;
+  paths.urdf = (config / "robots" / "icub.urdf").string();
+  paths.postures = (config / "robots" / "grasp_postures.yaml").string();
+  paths.posture_weights = (config / "weights" / weights_file("reach_posture", side)).string();
+  paths.hand_weights = (config / "weights" / weights_file("reach_hand", side)).string();
+  return paths;
+}
+
+PalmPosture mirrored(const PalmPosture& posture) {
+  const Eigen::DiagonalMatrix<double, 3> left_and_right(1.0, -1.0, 1.0);
+  // z comes out of the right palm and out of the back of the left hand
+  const Eigen::DiagonalMatrix<double, 3> palm_and_back(1.0, 1.0, -1.0);
+  PalmPosture other = posture;
+  other.X_ObjectPalm.linear() = left_and_right * posture.X_ObjectPalm.linear() * palm_and_back;
+  other.X_ObjectPalm.translation() = left_and_right * posture.X_ObjectPalm.translation();
+  other.approach_Object = left_and_right * posture.approach_Object;
+  for (double& turn : other.turns_rad) turn = -turn;
+  return other;
+}
+
 PalmPosture default_reach_posture() {
   // palm down, fingers forward and to the left as the arm likes it; the middle of the palm over the thing's
   // top
@@ -121,7 +146,9 @@ Result<ReachCore> make_reach_core(const SettingsPaths& paths, const std::string&
                                   bool paper_network_alone, const PlannerOptions& planner) {
   auto body = load_body(paths.urdf, paths.calibration, side);
   if (!body) return body.error();
-  const std::string command = "nido experiment run reach-learning";
+  const bool left = side == "left";
+  const std::string command = std::string("nido experiment run reach-learning --set weights=config/weights") +
+                              (left ? " --hand left" : "");
   auto posture_file = learning::WeightsFile::load(paths.posture_weights);
   if (!posture_file) return with_mend(posture_file.error(), command);
   auto postures = PostureNetwork::read_from(*posture_file);
@@ -140,6 +167,10 @@ Result<ReachCore> make_reach_core(const SettingsPaths& paths, const std::string&
   options.paper_network_alone = paper_network_alone;
   options.grasp_postures = std::move(*grasp_postures);
   options.reach_posture = default_reach_posture();
+  if (left) {
+    options.reach_posture = mirrored(options.reach_posture);
+    for (auto& [shape, posture] : options.grasp_postures) posture = mirrored(posture);
+  }
   return ReachCore(
       MotionPlanner(std::move(body->chain), std::move(*seen_hand), std::move(*postures), planner), options);
 }

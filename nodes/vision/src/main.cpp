@@ -222,6 +222,8 @@ Status run(Node& node) {
   }
   vision::VisionSettings settings;
   settings.period_s = node.options().period_s;
+  // a hand that is seen alone is likelier the one that acts
+  if (*side == "left") settings.hand.middle_y_m *= -1.0;
   auto core = VisionCore::create(*model, *templates, settings);
   if (!core) return core.error();
 

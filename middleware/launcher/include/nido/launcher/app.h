@@ -43,7 +43,8 @@ struct App {
   std::string robot;  // name or file
   std::string world;  // name or file
   std::uint64_t seed = 1;
-  std::string rate;  // "max" or a number
+  std::string hand = "right";  // or "left": the one that acts
+  std::string rate;            // "max" or a number
   bool lockstep = true;
   int domain = -1;                    // -1: ROS_DOMAIN_ID, or 0
   double for_s = 0;                   // simulated time; 0: until the outcome
@@ -60,7 +61,7 @@ struct App {
 // The keys of an app file: meanings, bounds, defaults.
 const Schema& app_schema();
 
-// Names that ${...} may hold in parameters and environment of an app file.
+// Names that ${...} may hold in parameters and environment of an app file; in connections ${hand} alone.
 const std::vector<std::string>& app_reference_names();
 
 // The override of `--set TEXT`, TEXT being KEY=VALUE. The key is a dotted path in the app file, or a key of

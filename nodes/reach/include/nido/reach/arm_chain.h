@@ -10,7 +10,7 @@
 
 namespace nido::reach {
 
-// Joints that move the right hand, in the order of the boards: torso yaw, roll, pitch, then the first seven
+// Joints that move a hand, in the order of the boards: torso yaw, roll, pitch, then the first seven
 // of the arm.
 inline constexpr int kTorsoJoints = 3;
 inline constexpr int kArmJoints = 7;
@@ -27,10 +27,12 @@ class ArmChain {
 
   [[nodiscard]] const Joints& min() const { return min_; }
   [[nodiscard]] const Joints& max() const { return max_; }
+  // What comes out of the palm, along z of the palm frame: 1 for the right hand, -1 for the left one.
+  [[nodiscard]] double palm_z() const { return palm_z_; }
   [[nodiscard]] Joints clamped(const Joints& q) const { return q.cwiseMax(min_).cwiseMin(max_); }
 
-  // Palm frame in the root frame: x towards the fingers, y away from the thumb, z out of the palm (right
-  // hand).
+  // Palm frame in the root frame: x towards the fingers, y away from the thumb, z out of the palm of the
+  // right hand and out of the back of the left one.
   [[nodiscard]] Eigen::Isometry3d X_RootPalm(const Joints& q) const;
   // Palm frame, and velocity of its origin (rows 0-2) and turn rate (3-5) by joint speeds, in the root frame.
   [[nodiscard]] Eigen::Isometry3d X_RootPalm(const Joints& q, Jacobian& jacobian) const;
@@ -50,6 +52,7 @@ class ArmChain {
   };
   std::array<Link, kJoints> links_;  // from the waist outwards
   Eigen::Isometry3d X_LastPalm_ = Eigen::Isometry3d::Identity();
+  double palm_z_ = 1.0;
   Joints min_ = Joints::Zero();
   Joints max_ = Joints::Zero();
 };

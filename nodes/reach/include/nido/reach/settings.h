@@ -1,5 +1,6 @@
 #pragma once
 
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -12,7 +13,7 @@ namespace nido::reach {
 struct SettingsPaths {
   std::string urdf = "config/robots/icub.urdf";
   std::string calibration = "";  // what self-calibration found (docs/calibration.md); empty: as the URDF says
-  std::string postures = "config/robots/grasp_postures.yaml";        // how to hold the palm to each shape
+  std::string postures = "config/robots/grasp_postures.yaml";  // how to hold the right palm to each shape
   std::string posture_weights = "config/weights/reach_posture.txt";  // the paper's network
   std::string hand_weights = "config/weights/reach_hand.txt";        // where the eyes see the hand
 };
@@ -29,10 +30,21 @@ Result<Body> load_body(const std::string& urdf_path, const std::string& calibrat
 // Planner with the default home, limits and speeds (docs/reach.md).
 PlannerOptions default_planner_options();
 
-// How to stand over a thing without touching it.
+// What is learned with one hand has a file a hand: weights_file("reach_hand", "left") is
+// "reach_hand_left.txt"; that of the right hand is "reach_hand.txt".
+std::string weights_file(const std::string& what, const std::string& side);
+
+// The shipped files for a hand, in the folder `config`.
+SettingsPaths shipped_paths(const std::filesystem::path& config, const std::string& side);
+
+// How the right hand stands over a thing without touching it.
 PalmPosture default_reach_posture();
 
-// grasp_postures.yaml. kNotFound, or kInvalidArgument with file, line, what was found and what was expected.
+// The same for the other hand: mirrored at the plane between left and right.
+PalmPosture mirrored(const PalmPosture& posture);
+
+// For the right hand: grasp_postures.yaml. kNotFound, or kInvalidArgument with file, line, what was found and
+// what was expected.
 Result<std::map<std::string, PalmPosture>> load_grasp_postures(const std::string& path);
 
 // Everything put together. Fails when a file is missing or wrong, naming it and the command that makes it.

@@ -57,6 +57,13 @@ inline void add_domain_option(CLI::App& app, int& domain) {
       ->check(CLI::Range(0, 200));
 }
 
+// --hand, for experiments in which one hand acts.
+inline void add_hand_option(CLI::App& app, std::string& hand) {
+  app.add_option("--hand", hand, "the hand that acts")
+      ->check(CLI::IsMember({"right", "left"}))
+      ->capture_default_str();
+}
+
 // Parses; the exit code if the program is to end here (help: 0, wrong usage: 2).
 inline std::optional<int> parse_experiment(CLI::App& app, int argc, char** argv) {
   try {
