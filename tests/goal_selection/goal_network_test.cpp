@@ -88,6 +88,56 @@ TEST(GoalNetwork, ShippedWeightsKnowEveryPhraseAndStayIdleWithoutOne) {
   }
 }
 
+GoalNetwork shipped_network() {
+  return GoalNetwork::load(NIDO_CONFIG "/weights/goal_selection.txt", shipped_book()).value();
+}
+VisionParameters seen_as(const std::string& colour, const std::string& shape) {
+  return {{-0.31, 0.07, -0.05}, 0.06, 0.06, colour, shape};
+}
+
+TEST(GoalLessons, ABareNameAsksForWhatWasTaughtAndThePhrasesAreKept) {
+  GoalNetwork network = shipped_network();
+  EXPECT_FALSE(network.choose_by_name(seen_as("purple", "ball"), "plum"));
+  const std::vector<GoalLesson> lessons = {{"plum", Action::kDrop, seen_as("purple", "ball")},
+                                           {"bottle", Action::kReach, seen_as("teal", "cylinder")},
+                                           {"brick", Action::kGrasp, seen_as("amber", "cube")}};
+  for (const GoalLesson& lesson : lessons) {
+    const Status taught = network.teach(lesson);
+    ASSERT_TRUE(taught.ok()) << taught.error().message;
+  }
+  for (const GoalLesson& lesson : lessons) {
+    VisionParameters elsewhere = lesson.seen;
+    elsewhere.p_RootObject_m = {-0.40, -0.15, -0.05};
+    EXPECT_EQ(network.choose_by_name(elsewhere, lesson.name)->action, lesson.action) << lesson.name;
+  }
+  const PhraseBook book = shipped_book();
+  for (std::size_t i = 0; i < book.phrases.size(); ++i) {
+    const NamedObject& object = book.object_of(book.phrases[i]);
+    const auto choice = network.choose(seen_as(object.colour, object.shape), i);
+    EXPECT_EQ(choice.action, action_of(book.phrases[i].verb)) << book.phrases[i].text;
+  }
+  EXPECT_EQ(network.choose(seen_as("purple", "ball"), std::nullopt).action, Action::kIdle);
+  // said otherwise later
+  ASSERT_TRUE(network.teach({"plum", Action::kGrasp, seen_as("purple", "ball")}).ok());
+  EXPECT_EQ(network.lessons().size(), 3U);
+  EXPECT_EQ(network.choose_by_name(seen_as("purple", "ball"), "plum")->action, Action::kGrasp);
+}
+
+TEST(GoalLessons, OutliveTheProcessInAFile) {
+  const std::string path = testing::TempDir() + "nido_goal_lessons.txt";
+  const std::vector<GoalLesson> lessons = {{"plum", Action::kDrop, seen_as("purple", "ball")},
+                                           {"old bottle", Action::kReach, seen_as("teal", "cylinder")}};
+  ASSERT_TRUE(save_lessons(lessons, path).ok());
+  const auto read = load_lessons(path);
+  ASSERT_TRUE(read.ok()) << read.error().message;
+  ASSERT_EQ(read->size(), 2U);
+  EXPECT_EQ((*read)[1].name, "old bottle");
+  EXPECT_EQ((*read)[1].action, Action::kReach);
+  EXPECT_EQ((*read)[1].seen.shape, "cylinder");
+  EXPECT_EQ((*read)[1].seen.p_RootObject_m, lessons[1].seen.p_RootObject_m);
+  EXPECT_EQ(load_lessons(path + ".none").error().code, ErrorCode::kNotFound);
+}
+
 TEST(GoalNetwork, WeightsOfAnotherShapeAreRefused) {
   const PhraseBook book = shipped_book();
   const std::string path = testing::TempDir() + "goal_network_test.txt";

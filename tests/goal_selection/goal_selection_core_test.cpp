@@ -335,6 +335,30 @@ TEST_F(GoalSelectionCoreTest, ATaughtThingIsTakenLikeAKnownOneOfItsShape) {
   EXPECT_NE(story_.back().text.find("I look at the lemon"), std::string::npos) << story();
 }
 
+TEST_F(GoalSelectionCoreTest, WhatIsSaidAfterANamingIsWhatTheNameAsksFor) {
+  body_.put("plum", {-0.30, 0.10, -0.0576});
+  body_.shapes["plum"] = "ball";
+  hear("this is a plum");
+  run("reach plum");
+  EXPECT_TRUE(done_) << story();
+  ASSERT_EQ(sut_->lessons().size(), 1U) << story();
+  const int reaches = body_.count("reach reach");
+  run("plum");
+  EXPECT_TRUE(done_) << story();
+  EXPECT_EQ(body_.count("reach reach"), reaches + 1) << story();
+}
+
+TEST_F(GoalSelectionCoreTest, AnOrderThatFollowsNoNamingTeachesNothing) {
+  body_.put("plum", {-0.30, 0.10, -0.0576});
+  body_.shapes["plum"] = "ball";
+  hear("this is a plum");
+  run("reach red ball");  // something else
+  run("reach plum");
+  EXPECT_TRUE(sut_->lessons().empty());
+  run("plum");
+  EXPECT_NE(story_.back().text.find("I look at the plum"), std::string::npos) << story();
+}
+
 TEST_F(GoalSelectionCoreTest, ANameThatSomebodyGaveIsLookedFor) {
   hear("this is a lemon");
   run("lemon");

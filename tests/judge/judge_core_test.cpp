@@ -103,14 +103,16 @@ TEST_F(JudgeCoreTest, ADropIsGoodOnlyIfTheObjectLiesInTheBasket) {
 }
 
 TEST_F(JudgeCoreTest, AnOrderAboutAThingThatWasNamedIsJudgedAsAnyOther) {
-  make({.expected = "this is a lemon; drop lemon into basket; lemon"});
+  make({.expected = "this is a lemon; lemon; drop lemon into basket; lemon"});
   truth_.in_basket = true;
   hear("this is a lemon");
   wait(1.0);
-  hear("drop lemon into basket");
-  tell("idle", "done", "fine");
-  wait(1.0);
-  EXPECT_FALSE(sut_->outcome()) << "a second order is to come";
+  for (const char* said : {"lemon", "drop lemon into basket"}) {
+    hear(said);
+    tell("idle", "done", "fine");
+    wait(1.0);
+    EXPECT_FALSE(sut_->outcome()) << "another order is to come";
+  }
   hear("lemon");
   tell("idle", "done", "I look at the lemon");
   wait(5.0);
@@ -118,6 +120,20 @@ TEST_F(JudgeCoreTest, AnOrderAboutAThingThatWasNamedIsJudgedAsAnyOther) {
   EXPECT_TRUE(sut_->outcome()->success) << sut_->outcome()->sentence;
   EXPECT_EQ(sut_->outcome()->object, "lemon");
   EXPECT_EQ(sut_->outcome()->goal, "look");
+}
+
+TEST_F(JudgeCoreTest, ABareNameIsJudgedByWhatWasTaughtAboutIt) {
+  make({.expected = "this is a lemon; drop lemon into basket; lemon"});
+  hear("this is a lemon");
+  hear("drop lemon into basket");
+  tell("idle", "done", "fine");
+  wait(1.0);
+  hear("lemon");
+  tell("idle", "done", "I look at the lemon");
+  wait(5.0);
+  ASSERT_TRUE(sut_->outcome());
+  EXPECT_EQ(sut_->outcome()->goal, "drop");
+  EXPECT_FALSE(sut_->outcome()->success) << "it is not in the basket";
 }
 
 TEST_F(JudgeCoreTest, WhatTheRobotBelievesDoesNotCount) {

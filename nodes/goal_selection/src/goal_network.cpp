@@ -18,7 +18,6 @@ constexpr double kRight_y_m = 0.35;
 constexpr double kLow_z_m = -0.10;
 constexpr double kHigh_z_m = 0.20;
 constexpr double kBig_m = 0.20;
-constexpr int kVisionInputs = 7;
 constexpr const char* kNetworkName = "goal_selection";
 
 double share(double value, double low, double high) { return (value - low) / (high - low); }
@@ -123,7 +122,12 @@ Result<GoalNetwork> GoalNetwork::load(const std::string& path, const PhraseBook&
 
 GoalNetwork::Choice GoalNetwork::choose(const std::optional<VisionParameters>& seen,
                                         const std::optional<std::size_t>& phrase) const {
-  const Eigen::VectorXd output = network_.forward(code_.encode(seen, phrase));
+  Eigen::VectorXd input = Eigen::VectorXd::Zero(network_.input_size());
+  input.head(code_.input_size()) = code_.encode(seen, phrase);
+  return choice_of(network_.forward(input));
+}
+
+GoalNetwork::Choice GoalNetwork::choice_of(const Eigen::VectorXd& output) {
   Choice choice;
   for (std::size_t i = 0; i < kActionCount; ++i) {
     choice.activation[i] = output[static_cast<Eigen::Index>(i)];

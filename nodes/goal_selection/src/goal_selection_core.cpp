@@ -136,7 +136,10 @@ void GoalSelectionCore::take_in(const GoalSelectionInputs& inputs) {
 void GoalSelectionCore::hear(const PhraseHeard& heard) {
   if (heard.accepted && book_.interrupts(heard.text)) return interrupt(heard.text);
   if (heard.accepted && heard.text.starts_with(kCorrection)) return;  // said to the hand
-  if (heard.accepted && heard.text.starts_with(kNaming)) {            // said to the eyes
+  if (heard.accepted) {
+    if (const auto lesson = lesson_listener_.hear(heard.text, book_)) to_learn_[lesson->name] = lesson->verb;
+  }
+  if (heard.accepted && heard.text.starts_with(kNaming)) {  // said to the eyes
     book_.names.push_back(heard.text.substr(std::string_view(kNaming).size()));
     return;
   }
@@ -177,6 +180,9 @@ std::optional<std::size_t> GoalSelectionCore::phrase_of(const std::string& text)
 GoalNetwork::Choice GoalSelectionCore::choose(const SeenObject& seen) const {
   VisionParameters vision{seen.p_RootObject_m, seen.size_m.y(), seen.size_m.z(), seen.colour, seen.shape};
   const Phrase& said = book_.phrases[phrase_];
+  if (said.verb == Verb::kLook) {
+    if (const auto taught = network_.choose_by_name(vision, object_name())) return *taught;
+  }
   if (said.object_index < learned_) return network_.choose(vision, phrase_);
   std::optional<std::size_t> like;
   for (const std::string& shape : {seen.shape, std::string("ball")}) {
@@ -191,6 +197,23 @@ GoalNetwork::Choice GoalSelectionCore::choose(const SeenObject& seen) const {
   vision.colour = book_.object_of(book_.phrases[*like]).colour;
   vision.shape = book_.object_of(book_.phrases[*like]).shape;
   return network_.choose(vision, like);
+}
+
+void GoalSelectionCore::learn(const SeenObject& seen) {
+  const auto lesson = to_learn_.find(object_name());
+  if (lesson == to_learn_.end() || book_.phrases[phrase_].verb != lesson->second) return;
+  const Action action = action_of(lesson->second);
+  to_learn_.erase(lesson);
+  const Status learned =
+      network_.teach({object_name(),
+                      action,
+                      {seen.p_RootObject_m, seen.size_m.y(), seen.size_m.z(), seen.colour, seen.shape}});
+  out_.taught = learned.ok();
+  say("taught", learned ? "done" : "failed",
+      learned
+          ? fmt::format("I {} the {} from now on when I hear its name.", action_name(action), object_name())
+          : fmt::format("I did not learn what to do with the {}: {}.", object_name(),
+                        learned.error().message));
 }
 
 void GoalSelectionCore::begin(std::size_t phrase) {

@@ -96,6 +96,7 @@ void GoalSelectionCore::step_find() {
   }
   if (!chosen_) {
     const SeenObject seen = *view_of(object_name(), 1, entered_s_);
+    learn(seen);
     const GoalNetwork::Choice choice = choose(seen);
     action_ = choice.action;
     chosen_ = true;

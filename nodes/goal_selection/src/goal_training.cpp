@@ -96,7 +96,7 @@ GoalTraining train_goal_network(const GoalCode& code, const GoalTrainingOptions&
 
   // an object alone, without a word
   learning::Patterns silent = test;
-  silent.inputs.bottomRows(code.input_size() - 7).setZero();
+  silent.inputs.bottomRows(code.input_size() - GoalCode::kVisionInputs).setZero();
   silent.targets.setZero();
   silent.targets.row(static_cast<Eigen::Index>(Action::kIdle)).setOnes();
   report.idle_without_speech = accuracy(network, silent);

@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <filesystem>
+
 #include "nido/goal_selection/goal_selection_core.h"
 #include "nido/launcher/paths.h"
 #include "nido/middleware/node.h"
@@ -185,6 +187,18 @@ Status run(Node& node) {
   auto core = GoalSelectionCore::create(*book, std::move(network).value(), *settings);
   if (!core) return core.error();
 
+  const auto lessons_file = node.parameter<std::string>(
+      "lessons", "",
+      {.about = "file that keeps what people teach to do with things; empty: it is forgotten at the end"});
+  if (!lessons_file) return lessons_file.error();
+  if (!lessons_file->empty() && std::filesystem::exists(*lessons_file)) {
+    const auto lessons = load_lessons(*lessons_file);
+    if (!lessons) return lessons.error();
+    for (const GoalLesson& lesson : *lessons) {
+      if (const Status taught = core->teach(lesson); !taught) return taught;
+    }
+  }
+
   Ports ports;
   if (Status opened = open_ports(node, ports); !opened) return opened;
   node.set_ready();
@@ -192,6 +206,10 @@ Status run(Node& node) {
     const GoalSelectionOutputs out = core->step(now.seconds(), take_in(ports));
     // a peer that is away for a while must not end this node: its own time limits notice
     if (const Status sent = put_out(ports, out, now); !sent) node.log_warning(sent.error().message);
+    if (out.taught && !lessons_file->empty()) {
+      if (const Status kept = save_lessons(core->lessons(), *lessons_file); !kept)
+        node.log_warning(kept.error().message);
+    }
     return {};
   });
 }

@@ -63,6 +63,9 @@ const std::string& JudgeCore::object_name() const { return book_.object_of(book_
 
 void JudgeCore::heard(const HeardSeen& heard) {
   if (heard.text.starts_with(kCorrection)) return;
+  if (const auto lesson = lesson_listener_.hear(heard.text, book_)) {
+    book_.phrases[book_.take_order({lesson->name, Verb::kLook, lesson->name})].verb = lesson->verb;
+  }
   if (heard.text.starts_with(kNaming)) {
     book_.names.push_back(heard.text.substr(std::string_view(kNaming).size()));
     return;

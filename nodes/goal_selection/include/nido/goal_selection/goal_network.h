@@ -36,6 +36,8 @@ struct VisionParameters {
 // then one unit a verb (none for look) and one unit an object. A plain value.
 class GoalCode {
  public:
+  static constexpr int kVisionInputs = 7;
+
   explicit GoalCode(const PhraseBook& book);
   [[nodiscard]] int input_size() const;
   // `phrase`: index into the book, or nothing while nobody has spoken; `seen`: nothing while nothing is seen.
@@ -49,6 +51,18 @@ class GoalCode {
   std::vector<std::string> colours_;
   std::vector<std::string> shapes_;
 };
+
+// What a person taught about a thing that the phrases do not name: its bare name asks for this action.
+struct GoalLesson {
+  std::string name;
+  Action action = Action::kIdle;
+  VisionParameters seen;  // the thing, as it was shown
+};
+
+// Lessons as a file (docs/learning.md has the format): the network learns them anew at the next start.
+// kFailed with the path; kNotFound, kInvalidArgument with place and what was expected.
+Status save_lessons(const std::vector<GoalLesson>& lessons, const std::string& path);
+Result<std::vector<GoalLesson>> load_lessons(const std::string& path);
 
 // The feed-forward network that selects the goal: 15 hidden units, one output an action. A value,
 // thread-compatible.
@@ -70,9 +84,22 @@ class GoalNetwork {
                               const std::optional<std::size_t>& phrase) const;
   [[nodiscard]] const learning::Mlp& mlp() const { return network_; }
 
+  // Learns a lesson (docs/goal_selection.md): an input unit for the name, and back-propagation over the
+  // lessons and the phrases that it knew before, which it keeps. A second lesson about a name takes the place
+  // of the first. kFailed, and nothing is learned, when the network does not get it right.
+  Status teach(const GoalLesson& lesson);
+  [[nodiscard]] const std::vector<GoalLesson>& lessons() const { return lessons_; }
+  // What the bare name of a taught thing asks for; nothing for other names.
+  [[nodiscard]] std::optional<Choice> choose_by_name(const VisionParameters& seen,
+                                                     const std::string& name) const;
+
  private:
+  [[nodiscard]] Eigen::VectorXd encode(const VisionParameters& seen, std::size_t lesson) const;
+  static Choice choice_of(const Eigen::VectorXd& output);
+
   GoalCode code_;
   learning::Mlp network_;
+  std::vector<GoalLesson> lessons_;  // each with an input unit, after those of the code
 };
 
 }  // namespace nido

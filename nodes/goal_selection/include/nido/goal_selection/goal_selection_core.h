@@ -11,6 +11,7 @@
 
 #include "nido/goal_selection/goal_network.h"
 #include "nido/interfaces/result.h"
+#include "nido/speech/lesson.h"
 
 namespace nido {
 
@@ -105,6 +106,7 @@ struct GoalSelectionOutputs {
   std::vector<ActionCommand> reach;
   std::vector<ActionCommand> grasp;
   std::vector<StageLine> stages;
+  bool taught = false;  // the network has learned a lesson in this step
 };
 
 // Selects goals and carries them out through the other nodes: hears a phrase, looks for the object, lets the
@@ -125,6 +127,10 @@ class GoalSelectionCore {
 
   // What it is doing now, for people: "listening", "looking for the blue cube", ...
   [[nodiscard]] const std::string& doing() const { return doing_; }
+
+  // What bare names of taught things ask for (docs/goal_selection.md), and what was taught before this start.
+  [[nodiscard]] const std::vector<GoalLesson>& lessons() const { return network_.lessons(); }
+  Status teach(const GoalLesson& lesson) { return network_.teach(lesson); }
 
  private:
   enum class State {
@@ -162,11 +168,13 @@ class GoalSelectionCore {
   void hear(const PhraseHeard& heard);
   // The phrase that a text is; one about a thing that was taught is added to the book.
   std::optional<std::size_t> phrase_of(const std::string& text);
-  // For the network, which learned with the things of the book alone: the same said of one of the same shape
-  // as `seen`; others are taken like balls.
+  // What the network was taught about a bare name. For the rest, as it learned with the things of the book
+  // alone: the same said of one of the same shape as `seen`; others are taken like balls.
   [[nodiscard]] GoalNetwork::Choice choose(const SeenObject& seen) const;
   // What arm and fingers are told: they go by the shape, which names that people give do not end with.
   [[nodiscard]] std::string name_and_shape() const;
+  // The order under way was the end of a lesson: the network learns it with the thing as it is seen.
+  void learn(const SeenObject& seen);
   void interrupt(const std::string& text);
   void begin(std::size_t phrase);
   // The object in the hand, as far as touch tells; empty if there is none.
@@ -228,10 +236,12 @@ class GoalSelectionCore {
   bool chosen_ = false;
   int try_number_ = 1;
   double job_started_s_ = 0.0;
-  std::deque<std::size_t> waiting_;  // phrases for later, oldest first
-  std::string held_;                 // object that was lifted and not let go since; empty: none
-  bool was_felt_ = false;            // a pad was on since the fingers closed
-  SeenObject target_;                // as measured before the hand came near
+  LessonListener lesson_listener_;
+  std::map<std::string, Verb> to_learn_;  // by name: lessons that were heard and whose thing is to be seen
+  std::deque<std::size_t> waiting_;       // phrases for later, oldest first
+  std::string held_;                      // object that was lifted and not let go since; empty: none
+  bool was_felt_ = false;                 // a pad was on since the fingers closed
+  SeenObject target_;                     // as measured before the hand came near
   SeenObject basket_;
 
   // the senses

@@ -9,6 +9,7 @@
 #include "nido/interfaces/result.h"
 #include "nido/judge/ground_truth.h"
 #include "nido/report/report.h"
+#include "nido/speech/lesson.h"
 #include "nido/speech/phrases.h"
 
 namespace nido {
@@ -80,6 +81,7 @@ class JudgeCore {
   [[nodiscard]] const std::string& object_name() const;
 
   PhraseBook book_;
+  LessonListener lesson_listener_;  // a bare name is an order after a lesson
   JudgeSettings settings_;
   std::vector<std::string> said_;          // all that is said, one after the other; empty: not known
   std::size_t orders_ = 1;                 // phrases that are said, without interruptions
