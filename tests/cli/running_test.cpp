@@ -45,6 +45,31 @@ TEST_F(WithLab, AMessageThatNidoWasNotBuiltWithIsReadAndWritten) {
   EXPECT_NE(refused.err.find("'samples.0.label' is 3; expected text"), std::string::npos) << refused.err;
 }
 
+TEST_F(WithLab, WhatFailsIsJsonForWhoAskedForJson) {
+  struct Case {
+    std::vector<std::string> words;
+    int code;
+    std::string says;
+  };
+  for (const auto& [words, code, says] : std::vector<Case>{
+           {{"port", "info", "/lab/packt:o", "--wait", "0", "--json"}, 3, "/lab/packt:o"},
+           {{"node", "info", "labb", "--wait", "0", "--json"}, 3, "labb"},
+           {{"param", "get", "lab", "no.such", "--json"}, 3, "no.such"},
+           {{"port", "write", "/lab/packet:i", "{samples: [{label: 3}]}", "--json"}, 2, "samples.0.label"},
+           {{"port", "inf", "--json"}, 2, "info"},
+           {{"port", "info", "--json"}, 2, "port"},
+       }) {
+    const Ended ended = nido_tool(words);
+    EXPECT_EQ(ended.code, code) << ended.err;
+    const Json told = Json::parse(ended.out, nullptr, false);
+    ASSERT_TRUE(told.is_object()) << ended.out << ended.err;
+    EXPECT_EQ(told["exit_code"], code);
+    const auto sentence = told["sentence"].get<std::string>();
+    EXPECT_NE(sentence.find(says), std::string::npos) << sentence;
+    EXPECT_NE(ended.err.find("error: " + sentence), std::string::npos) << ended.err;
+  }
+}
+
 TEST_F(WithLab, ItsRecordingSaysWhatItsMessagesAre) {
   const auto file =
       std::filesystem::temp_directory_path() / ("nido_lab_" + std::to_string(getpid()) + ".mcap");

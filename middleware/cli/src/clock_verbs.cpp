@@ -8,18 +8,20 @@ namespace nido::cli {
 
 int clock(const Common& common, const std::vector<std::string>& words) {
   auto session = join(common);
-  if (!session) return fail(session.error());
+  if (!session) return fail(common, session.error());
   const std::string command = words.empty() ? "get" : fmt::format("{}", fmt::join(words, " "));
   const auto answer = session->node->call("/clock/rpc:i", command, common.wait_s);
   if (interrupted()) return 130;
   if (!answer) {
-    if (answer.error().code != ErrorCode::kNotFound) return fail(answer.error());
-    return fail({ErrorCode::kNotFound,
+    if (answer.error().code != ErrorCode::kNotFound) return fail(common, answer.error());
+    return fail(common,
+                {ErrorCode::kNotFound,
                  fmt::format("nobody owns a simulated clock in domain {}: a simulator does, while it runs",
                              common.domain)});
   }
   if (!answer->starts_with("[ok] ")) {
-    return fail({ErrorCode::kInvalidArgument, answer->substr(answer->starts_with("[fail] ") ? 7 : 0)});
+    return fail(common,
+                {ErrorCode::kInvalidArgument, answer->substr(answer->starts_with("[fail] ") ? 7 : 0)});
   }
   // time_s=12.34 state=running rate=max
   Json json = Json::object();

@@ -216,9 +216,9 @@ class Comparison {
 
 int compare(const Common& common, const CompareRequest& request) {
   auto first = mcap::Reader::open(request.first);
-  if (!first) return fail(first.error());
+  if (!first) return fail(common, first.error());
   auto second = mcap::Reader::open(request.second);
-  if (!second) return fail(second.error());
+  if (!second) return fail(common, second.error());
   catch_signals();
   Comparison comparison(**first, **second, request);
   comparison.run();

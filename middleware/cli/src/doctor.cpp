@@ -303,7 +303,7 @@ Finding check_ports(const Common& common) {
 
 int doctor(const Common& common) {
   auto places = find_places();
-  if (!places) return fail(places.error());
+  if (!places) return fail(common, places.error());
   const std::vector<Finding> findings = {check_packages(*places),
                                          check_programs(*places),
                                          check_machine(),

@@ -8,6 +8,7 @@
 
 #include "nido/launcher/paths.h"
 #include "nido/launcher/suggest.h"
+#include "nido/launcher/terminal.h"
 #include "verbs.h"
 
 namespace nido::cli {
@@ -65,29 +66,31 @@ std::string summary_of(const std::string& experiment) {
 int become(const std::string& what, const std::string& prefix, const std::string& name,
            std::vector<std::string> arguments) {
   auto places = find_places();
-  if (!places) return fail(places.error());
+  if (!places) return print_error(places.error(), false);
   const auto names = names_of(*places, prefix);
   if (std::find(names.begin(), names.end(), name) == names.end()) {
     const std::string near = nearest_word(name, names);
-    return fail(
+    return print_error(
         {ErrorCode::kNotFound,
          fmt::format("there is no {} '{}'{}; there are: {}", what, name,
-                     near.empty() ? "" : fmt::format("; did you mean '{}'?", near), join_words(names))});
+                     near.empty() ? "" : fmt::format("; did you mean '{}'?", near), join_words(names))},
+        false);
   }
   arguments.insert(arguments.begin(), (places->programs / (prefix + name)).string());
   std::vector<char*> argv;
   for (auto& argument : arguments) argv.push_back(argument.data());
   argv.push_back(nullptr);
   execv(argv.front(), argv.data());
-  return fail(
-      {ErrorCode::kFailed, fmt::format("{} cannot be started: {}", arguments.front(), std::strerror(errno))});
+  return print_error(
+      {ErrorCode::kFailed, fmt::format("{} cannot be started: {}", arguments.front(), std::strerror(errno))},
+      false);
 }
 
 }  // namespace
 
 int experiment_list(const Common& common) {
   auto places = find_places();
-  if (!places) return fail(places.error());
+  if (!places) return fail(common, places.error());
   const auto names = names_of(*places, kExperiment);
   if (common.json) {
     Json list = Json::array();

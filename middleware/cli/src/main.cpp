@@ -6,8 +6,10 @@
 #include <cstdlib>
 
 #include "completion.h"
+#include "nido/interfaces/result.h"
 #include "nido/launcher/launch.h"
 #include "nido/launcher/suggest.h"
+#include "nido/launcher/terminal.h"
 #include "security_verbs.h"
 #include "verbs.h"
 
@@ -320,6 +322,14 @@ void add_compare(CLI::App& root, cli::Common& common, cli::CompareRequest& reque
   verb->callback([&] { throw CLI::RuntimeError(cli::compare(common, request)); });
 }
 
+// What cannot be parsed: told as everything else that fails.
+int refuse(const std::string& sentence, const std::vector<std::string>& words) {
+  const bool as_json = std::find(words.begin(), words.end(), "--json") != words.end();
+  const int code = nido::print_error({nido::ErrorCode::kInvalidArgument, sentence}, as_json);
+  fmt::print(stderr, "see nido --help, or --help after a verb\n");
+  return code;
+}
+
 // The first word that is no verb where one has to be, in a sentence; empty if there is none.
 std::string unknown_verb(CLI::App& root, const std::vector<std::string>& words) {
   CLI::App* at = &root;
@@ -467,13 +477,9 @@ int main(int argc, char** argv) {
     return root.exit(asked);
   } catch (const CLI::RequiredError& wrong) {
     const std::string unknown = unknown_verb(root, {argv + 1, argv + argc});
-    fmt::print(stderr, "error: {}\n", unknown.empty() ? wrong.what() : unknown);
-    fmt::print(stderr, "see nido --help, or --help after a verb\n");
-    return 2;
+    return refuse(unknown.empty() ? wrong.what() : unknown, {argv + 1, argv + argc});
   } catch (const CLI::ParseError& wrong) {
-    fmt::print(stderr, "error: {}\n", wrong.what());
-    fmt::print(stderr, "see nido --help, or --help after a verb\n");
-    return 2;
+    return refuse(wrong.what(), {argv + 1, argv + argc});
   }
   return 0;
 }

@@ -60,7 +60,7 @@ std::string service_named(const NodeDescription& node, const std::string& word) 
 
 int node_list(const Common& common) {
   auto session = join(common);
-  if (!session) return fail(session.error());
+  if (!session) return fail(common, session.error());
   settle(*session->directory);
   if (interrupted()) return 130;
   auto nodes = session->directory->nodes();
@@ -86,10 +86,10 @@ int node_list(const Common& common) {
 
 int node_info(const Common& common, const std::string& name) {
   auto session = join(common);
-  if (!session) return fail(session.error());
+  if (!session) return fail(common, session.error());
   auto node = find_node(*session, common, name);
   if (interrupted()) return 130;
-  if (!node) return fail(node.error());
+  if (!node) return fail(common, node.error());
   const int restarts = take_restarts(*node);
   if (common.json) {
     fmt::print("{}\n", json_of(*node, restarts).dump(2));
@@ -123,10 +123,10 @@ int node_info(const Common& common, const std::string& name) {
 
 int node_call(const Common& common, const std::string& name, const std::vector<std::string>& words) {
   auto session = join(common);
-  if (!session) return fail(session.error());
+  if (!session) return fail(common, session.error());
   auto node = find_node(*session, common, name);
   if (interrupted()) return 130;
-  if (!node) return fail(node.error());
+  if (!node) return fail(common, node.error());
   std::string port = service_named(*node, words.front());
   // what is no service of the node is a word for the node itself
   const std::size_t first = port.empty() ? 0 : 1;
@@ -135,7 +135,7 @@ int node_call(const Common& common, const std::string& name, const std::vector<s
   for (std::size_t i = first; i < words.size(); ++i) text += (i > first ? " " : "") + words[i];
   auto answer = session->node->call(port, text, common.wait_s);
   if (interrupted()) return 130;
-  if (!answer) return fail(answer.error());
+  if (!answer) return fail(common, answer.error());
   fmt::print("{}\n",
              common.json ? Json{{"port", port}, {"request", text}, {"answer", *answer}}.dump() : *answer);
   return answer->starts_with("[fail]") ? 1 : 0;

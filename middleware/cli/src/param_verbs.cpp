@@ -64,9 +64,9 @@ std::string line_of(const ParameterDescription& parameter, std::size_t key_width
 
 int param_list(const Common& common, const std::string& node) {
   auto session = join_to(common, node);
-  if (!session) return fail(session.error());
+  if (!session) return fail(common, session.error());
   const auto parameters = parameters_of(*session, common, node);
-  if (!parameters) return fail(parameters.error());
+  if (!parameters) return fail(common, parameters.error());
   if (common.json) {
     Json list = Json::array();
     for (const auto& parameter : *parameters) list.push_back(json_of(parameter));
@@ -82,9 +82,9 @@ int param_list(const Common& common, const std::string& node) {
 
 int param_get(const Common& common, const std::string& node, const std::string& key) {
   auto session = join_to(common, node);
-  if (!session) return fail(session.error());
+  if (!session) return fail(common, session.error());
   const auto parameters = parameters_of(*session, common, node);
-  if (!parameters) return fail(parameters.error());
+  if (!parameters) return fail(common, parameters.error());
   std::vector<std::string> keys;
   for (const auto& parameter : *parameters) {
     keys.push_back(parameter.key);
@@ -93,30 +93,30 @@ int param_get(const Common& common, const std::string& node, const std::string& 
     return 0;
   }
   const std::string near = nearest_word(key, keys);
-  return fail(
-      {ErrorCode::kNotFound, fmt::format("node {} has asked for no parameter '{}'{}", node, key,
-                                         near.empty() ? "" : fmt::format("; did you mean '{}'?", near))});
+  return fail(common, {ErrorCode::kNotFound,
+                       fmt::format("node {} has asked for no parameter '{}'{}", node, key,
+                                   near.empty() ? "" : fmt::format("; did you mean '{}'?", near))});
 }
 
 int param_set(const Common& common, const std::string& node, const std::string& key,
               const std::string& value) {
   auto session = join_to(common, node);
-  if (!session) return fail(session.error());
+  if (!session) return fail(common, session.error());
   const auto set = ask(*session, common, node, fmt::format("set {} {}", key, value));
-  if (!set) return fail(set.error());
+  if (!set) return fail(common, set.error());
   if (common.json) fmt::print("{}\n", Json{{"node", node}, {"key", key}, {"value", value}}.dump());
   return 0;
 }
 
 int param_save(const Common& common, const std::string& node, const std::string& file) {
   auto session = join_to(common, node);
-  if (!session) return fail(session.error());
+  if (!session) return fail(common, session.error());
   const auto parameters = parameters_of(*session, common, node);
-  if (!parameters) return fail(parameters.error());
+  if (!parameters) return fail(common, parameters.error());
   std::ofstream out(file);
   out << "# parameters of node " << node << "\n" << YAML::Dump(parameter_tree(*parameters)) << "\n";
   out.close();
-  if (!out) return fail({ErrorCode::kFailed, fmt::format("cannot write {}", file)});
+  if (!out) return fail(common, {ErrorCode::kFailed, fmt::format("cannot write {}", file)});
   fmt::print("{}\n", common.json ? Json{{"file", file}, {"parameters", parameters->size()}}.dump()
                                  : fmt::format("{} parameters in {}", parameters->size(), file));
   return 0;

@@ -99,7 +99,7 @@ std::map<std::string, Delays> delays_of(const Session& session, const Common& co
 
 int port_list(const Common& common) {
   auto session = join(common);
-  if (!session) return fail(session.error());
+  if (!session) return fail(common, session.error());
   settle(*session->directory);
   if (interrupted()) return 130;
   struct Row {
@@ -148,9 +148,9 @@ int port_list(const Common& common) {
 
 int port_info(const Common& common, const std::string& name) {
   auto session = join(common);
-  if (!session) return fail(session.error());
+  if (!session) return fail(common, session.error());
   auto owner = find_port(*session, common, name);
-  if (!owner) return fail(owner.error());
+  if (!owner) return fail(common, owner.error());
   const auto& port = owner->port;
   Json connections = Json::array();
   const auto delays = delays_of(*session, common, *owner);
@@ -195,18 +195,18 @@ int port_info(const Common& common, const std::string& name) {
 
 int port_read(const Common& common, const std::string& port, int count, double for_s) {
   auto session = join(common);
-  if (!session) return fail(session.error());
+  if (!session) return fail(common, session.error());
   auto reader = listen(*session, common, port);
-  if (!reader) return fail(reader.error());
+  if (!reader) return fail(common, reader.error());
   const auto start = SteadyClock::now();
   int got = 0;
   while (!interrupted() && (count == 0 || got < count) && (for_s <= 0 || seconds_since(start) < for_s)) {
     auto received = reader->input->take();
     if (!received) {
       if (got == 0 && for_s <= 0 && seconds_since(start) > std::max(common.wait_s, 1.0) && count > 0) {
-        return fail(
-            {ErrorCode::kTimeout, fmt::format("{} is there, but wrote nothing within {:.1f} s (--wait)", port,
-                                              seconds_since(start))});
+        return fail(common, {ErrorCode::kTimeout,
+                             fmt::format("{} is there, but wrote nothing within {:.1f} s (--wait)", port,
+                                         seconds_since(start))});
       }
       reader->input->wait_for_message(0.1);
       continue;
@@ -226,44 +226,46 @@ int port_read(const Common& common, const std::string& port, int count, double f
 
 int port_write(const Common& common, const std::string& port, const std::vector<std::string>& words) {
   auto session = join(common);
-  if (!session) return fail(session.error());
+  if (!session) return fail(common, session.error());
   auto owner = find_port(*session, common, port);
-  if (!owner) return fail(owner.error());
+  if (!owner) return fail(common, owner.error());
   if (owner->port.direction == "output") {
-    return fail({ErrorCode::kInvalidArgument,
-                 fmt::format("{} is an output of node {}: write to an input, whose name ends in :i", port,
-                             owner->node.name)});
+    return fail(common, {ErrorCode::kInvalidArgument,
+                         fmt::format("{} is an output of node {}: write to an input, whose name ends in :i",
+                                     port, owner->node.name)});
   }
   if (owner->port.direction == "service") {
-    return fail({ErrorCode::kInvalidArgument,
-                 fmt::format("{} is a service: ask it with nido port rpc {} TEXT", port, port)});
+    return fail(common, {ErrorCode::kInvalidArgument,
+                         fmt::format("{} is a service: ask it with nido port rpc {} TEXT", port, port)});
   }
   const auto found = type_named(*session, common, port, owner->port.type);
-  if (!found) return fail(found.error());
+  if (!found) return fail(common, found.error());
   const std::shared_ptr<const AnyType>& type = *found;
   if (type == nullptr) {
-    return fail({ErrorCode::kUnsupported,
+    return fail(common,
+                {ErrorCode::kUnsupported,
                  fmt::format("{} takes {}, a type that this nido does not know: give its definition with "
                              "--idl FILE",
                              port, owner->port.type)});
   }
   auto value = json_of_words(*type, words);
-  if (!value) return fail(value.error());
+  if (!value) return fail(common, value.error());
   auto message = type->type.make_message();
   if (auto status = type->from_json(*value, message.get()); !status) {
-    return fail(
-        {status.error().code, fmt::format("{} takes {}: {}", port, type->name, status.error().message)});
+    return fail(common, {status.error().code,
+                         fmt::format("{} takes {}: {}", port, type->name, status.error().message)});
   }
   auto profile = profile_from_string(owner->port.profile);
   const std::string own = own_port("write:o");
   auto output = session->node->open_raw_output(own, type->type, profile ? *profile : Profile::kCommand, 16);
-  if (!output) return fail(output.error());
+  if (!output) return fail(common, output.error());
   if (auto status = session->directory->connect(own, port, common.wait_s); !status)
-    return fail(status.error());
+    return fail(common, status.error());
   if (!(*output)->wait_for_readers(1, common.wait_s)) {
-    return fail({ErrorCode::kTimeout, fmt::format("{} did not connect within {} s", port, common.wait_s)});
+    return fail(common,
+                {ErrorCode::kTimeout, fmt::format("{} did not connect within {} s", port, common.wait_s)});
   }
-  if (auto status = (*output)->write(message.get()); !status) return fail(status.error());
+  if (auto status = (*output)->write(message.get()); !status) return fail(common, status.error());
   // the node tells what it has received about once a second
   const bool confirmed = session->directory->wait(
       [&](const Directory& d) {
@@ -277,9 +279,9 @@ int port_write(const Common& common, const std::string& port, const std::vector<
       common.wait_s);
   (void)session->directory->disconnect(own, port, common.wait_s);
   if (!confirmed)
-    return fail(
-        {ErrorCode::kTimeout,
-         fmt::format("{} did not confirm that it received the message within {} s", port, common.wait_s)});
+    return fail(common, {ErrorCode::kTimeout,
+                         fmt::format("{} did not confirm that it received the message within {} s", port,
+                                     common.wait_s)});
   if (interrupted()) return 130;
   if (common.json) print_line(type->to_json(message.get(), 0).dump());
   return 0;
@@ -287,7 +289,7 @@ int port_write(const Common& common, const std::string& port, const std::vector<
 
 int port_rpc(const Common& common, const std::string& port, const std::vector<std::string>& words) {
   auto session = join(common);
-  if (!session) return fail(session.error());
+  if (!session) return fail(common, session.error());
   std::string text;
   for (const auto& word : words) text += (text.empty() ? "" : " ") + word;
   auto answer = session->node->call(port, text, common.wait_s);
@@ -295,9 +297,9 @@ int port_rpc(const Common& common, const std::string& port, const std::vector<st
   if (!answer) {
     if (answer.error().code == ErrorCode::kNotFound) {
       auto owner = find_port(*session, {common.domain, common.json, 0.2, {}}, port);
-      if (!owner) return fail(owner.error());
+      if (!owner) return fail(common, owner.error());
     }
-    return fail(answer.error());
+    return fail(common, answer.error());
   }
   print_line(common.json ? Json{{"port", port}, {"request", text}, {"answer", *answer}}.dump() : *answer);
   return 0;
@@ -305,10 +307,10 @@ int port_rpc(const Common& common, const std::string& port, const std::vector<st
 
 int port_connect(const Common& common, const std::string& output, const std::string& input) {
   auto session = join(common);
-  if (!session) return fail(session.error());
-  if (auto owner = find_port(*session, common, input); !owner) return fail(owner.error());
+  if (!session) return fail(common, session.error());
+  if (auto owner = find_port(*session, common, input); !owner) return fail(common, owner.error());
   if (auto status = session->directory->connect(output, input, common.wait_s); !status)
-    return fail(status.error());
+    return fail(common, status.error());
   const bool there =
       session->directory->wait([&](const Directory& d) { return d.owner_of(output).has_value(); }, 0.5);
   print_line(common.json
@@ -319,19 +321,19 @@ int port_connect(const Common& common, const std::string& output, const std::str
 
 int port_disconnect(const Common& common, const std::string& output, const std::string& input) {
   auto session = join(common);
-  if (!session) return fail(session.error());
-  if (auto owner = find_port(*session, common, input); !owner) return fail(owner.error());
+  if (!session) return fail(common, session.error());
+  if (auto owner = find_port(*session, common, input); !owner) return fail(common, owner.error());
   if (auto status = session->directory->disconnect(output, input, common.wait_s); !status)
-    return fail(status.error());
+    return fail(common, status.error());
   if (common.json) print_line(Json{{"out", output}, {"in", input}}.dump());
   return 0;
 }
 
 int port_measure(const Common& common, const std::string& port, Measure measure, double for_s) {
   auto session = join(common);
-  if (!session) return fail(session.error());
+  if (!session) return fail(common, session.error());
   auto reader = listen(*session, common, port);
-  if (!reader) return fail(reader.error());
+  if (!reader) return fail(common, reader.error());
   reader->input->wait_for_message(common.wait_s);
   const auto start = SteadyClock::now();
   std::vector<double> intervals_s;
@@ -360,7 +362,8 @@ int port_measure(const Common& common, const std::string& port, Measure measure,
   const double took_s = seconds_since(start);
   if (messages == 0) {
     if (interrupted()) return 130;
-    return fail({ErrorCode::kTimeout,
+    return fail(common,
+                {ErrorCode::kTimeout,
                  fmt::format("{} is there, but wrote nothing within {:.1f} s (--for)", port, took_s)});
   }
   std::uint64_t lost = 0;
@@ -406,9 +409,9 @@ int port_measure(const Common& common, const std::string& port, Measure measure,
 
 int port_ping(const Common& common, const std::string& port, int count) {
   auto session = join(common);
-  if (!session) return fail(session.error());
+  if (!session) return fail(common, session.error());
   auto owner = find_port(*session, common, port);
-  if (!owner) return fail(owner.error());
+  if (!owner) return fail(common, owner.error());
   // every node answers on its control service, so the way to the owner of any port can be measured
   const std::string control =
       owner->port.direction == "service" ? port : fmt::format("/{}/control", owner->node.name);
@@ -416,7 +419,7 @@ int port_ping(const Common& common, const std::string& port, int count) {
   for (int i = 0; i < count && !interrupted(); ++i) {
     const auto start = SteadyClock::now();
     auto answer = session->node->call(control, "help", common.wait_s);
-    if (!answer) return fail(answer.error());
+    if (!answer) return fail(common, answer.error());
     const double took_s = seconds_since(start);
     times.push_back(took_s);
     if (!common.json)

@@ -142,7 +142,7 @@ int replay_info(const mcap::Reader& reader, const std::string& file, bool json) 
 
 int record(const Common& common, const RecordRequest& request) {
   auto session = join(common, Ending::kWhenDone);
-  if (!session) return fail(session.error());
+  if (!session) return fail(common, session.error());
   settle(*session->directory);
   if (interrupted()) return 130;
   RecorderOptions options;
@@ -156,7 +156,7 @@ int record(const Common& common, const RecordRequest& request) {
   options.writer.compression =
       request.compression == "none" ? mcap::Compression::kNone : mcap::Compression::kZstd;
   auto recorder = Recorder::open(*session->node, *session->directory, options);
-  if (!recorder) return fail(recorder.error());
+  if (!recorder) return fail(common, recorder.error());
   if (!common.json) {
     fmt::print("recording {} port(s) of domain {} into {} on {} time; Ctrl-C ends it\n",
                totals_of((*recorder)->ports()).ports, common.domain, request.file,
@@ -211,18 +211,21 @@ int record(const Common& common, const RecordRequest& request) {
     fmt::print("{}: {:.1f} s, {} messages of {} ports, {}, {} lost\n", request.file, took_s, totals.messages,
                totals.ports, size_of(static_cast<double>((*recorder)->file_bytes())), totals.lost);
   }
-  if (!status) return fail(status.error());
+  if (!status) return fail(common, status.error());
   for (const auto& port : ports) {
     if (!port.refused.empty()) {
-      return fail({ErrorCode::kFailed, fmt::format("{} was not recorded: {}", port.name, port.refused)});
+      return fail(common,
+                  {ErrorCode::kFailed, fmt::format("{} was not recorded: {}", port.name, port.refused)});
     }
   }
   if (!missing.empty()) {
-    return fail({ErrorCode::kNotFound, fmt::format("never there in domain {}: {}; the others are in the file",
+    return fail(common,
+                {ErrorCode::kNotFound, fmt::format("never there in domain {}: {}; the others are in the file",
                                                    common.domain, join_words(missing))});
   }
   if (totals.lost > 0) {
     return fail(
+        common,
         {ErrorCode::kFailed,
          fmt::format("{} messages that were written are not in the file, {} of them of {}: this machine "
                      "was too slow; record fewer ports, or give it more --memory",
@@ -233,7 +236,7 @@ int record(const Common& common, const RecordRequest& request) {
 
 int replay(const Common& common, const ReplayRequest& request) {
   auto reader = mcap::Reader::open(request.file);
-  if (!reader) return fail(reader.error());
+  if (!reader) return fail(common, reader.error());
   if (request.info) return replay_info(**reader, request.file, common.json);
   ReplayOptions options;
   if (request.rate == "max") {
@@ -242,8 +245,8 @@ int replay(const Common& common, const ReplayRequest& request) {
     char* end = nullptr;
     const double rate = std::strtod(request.rate.c_str(), &end);
     if (request.rate.empty() || *end != '\0' || !(rate > 0 && rate <= 1e6)) {
-      return fail({ErrorCode::kInvalidArgument,
-                   fmt::format("--rate {} is neither a number above 0 nor 'max'", request.rate)});
+      return fail(common, {ErrorCode::kInvalidArgument,
+                           fmt::format("--rate {} is neither a number above 0 nor 'max'", request.rate)});
     }
     options.rate = rate;
   }
@@ -258,7 +261,7 @@ int replay(const Common& common, const ReplayRequest& request) {
   const double duration_s = static_cast<double>((*reader)->end_ns() - (*reader)->start_ns()) * 1e-9;
 
   auto session = join(common, Ending::kWhenDone);
-  if (!session) return fail(session.error());
+  if (!session) return fail(common, session.error());
   NodeOptions visible;
   visible.name = request.name;
   visible.domain = common.domain;
@@ -268,9 +271,9 @@ int replay(const Common& common, const ReplayRequest& request) {
     visible.parameters["lockstep"]["nodes"] = request.lockstep;
   }
   auto node = Node::create(visible);
-  if (!node) return fail(node.error());
+  if (!node) return fail(common, node.error());
   auto replayer = Replayer::open(**node, *session->node, std::move(*reader), options);
-  if (!replayer) return fail(replayer.error());
+  if (!replayer) return fail(common, replayer.error());
   (*node)->set_ready();
   if (!common.json) {
     fmt::print("replaying {} ({:.1f} s) on {} port(s) in domain {}, rate {}\n", request.file, duration_s,
@@ -303,9 +306,10 @@ int replay(const Common& common, const ReplayRequest& request) {
     fmt::print("{} messages in {:.1f} s\n", done.messages, seconds_since(start));
   }
   if (interrupted()) return 130;
-  if (!status) return fail(status.error());
+  if (!status) return fail(common, status.error());
   if (done.failed > 0) {
-    return fail({ErrorCode::kFailed,
+    return fail(common,
+                {ErrorCode::kFailed,
                  fmt::format("{} messages could not be kept for a reader that is behind", done.failed)});
   }
   return 0;

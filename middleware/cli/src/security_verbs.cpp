@@ -4,6 +4,7 @@
 
 #include <memory>
 
+#include "nido/launcher/terminal.h"
 #include "nido/middleware/key_store.h"
 #include "session.h"
 
@@ -12,7 +13,7 @@ namespace nido::cli {
 namespace {
 
 int init(const std::string& folder) {
-  if (auto status = make_key_store(folder); !status) return fail(status.error());
+  if (auto status = make_key_store(folder); !status) return print_error(status.error(), false);
   fmt::print(
       "{0}: keys for everybody who has this folder.\n"
       "Copy it, without {0}/authority, to the other computers, and write 'security: {0}' into the network "
@@ -30,7 +31,7 @@ struct AddRequest {
 
 int add(const AddRequest& request) {
   if (auto status = add_identity(request.folder, request.node, request.permissions); !status)
-    return fail(status.error());
+    return print_error(status.error(), false);
   fmt::print("{0}/identities/{1}: node {1} may do what was said, and nothing else.\n", request.folder,
              request.node);
   return 0;

@@ -132,10 +132,7 @@ void settle(Directory& directory) {
   }
 }
 
-int fail(const Error& error) {
-  fmt::print(stderr, "error: {}\n", error.message);
-  return exit_code_of(error);
-}
+int fail(const Common& common, const Error& error) { return print_error(error, common.json); }
 
 Result<NodeDescription> find_node(const Session& session, const Common& common, const std::string& name) {
   session.directory->wait([&name](const Directory& d) { return interrupted() || d.node(name).has_value(); },

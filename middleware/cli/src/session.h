@@ -38,8 +38,9 @@ void catch_signals();
 // Ctrl-C was pressed since.
 bool interrupted();
 
-// Prints a failure as one sentence and returns its exit code.
-int fail(const Error& error);
+// Prints a failure as one sentence on stderr, with --json also as an object on stdout, and returns its exit
+// code.
+int fail(const Common& common, const Error& error);
 // A node by its name, waited for; kNotFound suggests a near name.
 Result<NodeDescription> find_node(const Session& session, const Common& common, const std::string& name);
 // The port's owner, waited for; kNotFound suggests a near name.
