@@ -176,11 +176,22 @@ Result<SerialChain> SerialChain::create(const RobotModel& model, const std::stri
 }
 
 Eigen::Isometry3d SerialChain::X_RootTip(const Eigen::VectorXd& q_rad) const {
+  return X_RootLink(q_rad, size() - 1);
+}
+
+Eigen::Isometry3d SerialChain::X_RootLink(const Eigen::VectorXd& q_rad, Eigen::Index joint_from_root) const {
   Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
-  for (const Step& step : steps_) {
-    X = X * step.X_ParentJoint * Eigen::AngleAxisd(q_rad[step.joint], Eigen::Vector3d::UnitZ());
+  const auto joints = static_cast<std::size_t>(joint_from_root) + 1;
+  for (std::size_t i = 0; i < joints; ++i) {
+    X = X * steps_[i].X_ParentJoint * Eigen::AngleAxisd(q_rad[steps_[i].joint], Eigen::Vector3d::UnitZ());
   }
-  return X * X_LastTip_;
+  return X * (joints < steps_.size() ? steps_[joints].X_ParentJoint : X_LastTip_);
+}
+
+SerialChain SerialChain::with_tip(const Eigen::Isometry3d& X_TipNew) const {
+  SerialChain other = *this;
+  other.X_LastTip_ = X_LastTip_ * X_TipNew;
+  return other;
 }
 
 Eigen::Isometry3d SerialChain::X_RootTip(const Eigen::VectorXd& q_rad,
@@ -204,10 +215,13 @@ Eigen::Isometry3d SerialChain::X_RootTip(const Eigen::VectorXd& q_rad,
 ChainSolution solve_chain(const SerialChain& chain, const ChainGoal& goal, const Eigen::VectorXd& start_rad,
                           const ChainOptions& options) {
   const Eigen::Index n = chain.size();
+  const Eigen::VectorXd& lower_rad = options.lower_rad ? *options.lower_rad : chain.lower_rad();
+  const Eigen::VectorXd& upper_rad = options.upper_rad ? *options.upper_rad : chain.upper_rad();
+  const Eigen::VectorXd middle_rad = (lower_rad + upper_rad) / 2;
   Problem problem{chain,
                   goal,
-                  chain.lower_rad().array() + options.margin_rad,
-                  chain.upper_rad().array() - options.margin_rad,
+                  (lower_rad.array() + options.margin_rad).min(middle_rad.array()),
+                  (upper_rad.array() - options.margin_rad).max(middle_rad.array()),
                   options.rest_rad ? *options.rest_rad : start_rad,
                   options.rest_weight * options.rest_weight,
                   options};

@@ -37,8 +37,8 @@ Result<GazeSolver> GazeSolver::create(const RobotModel& model, const PinholeCame
     solver.cameras_[static_cast<std::size_t>(eye)] = *link;
   }
   for (int j = 0; j < kJoints; ++j) {
-    solver.lower_rad_[j] = model.axis(solver.head_first_ + j).lower_rad;
-    solver.upper_rad_[j] = model.axis(solver.head_first_ + j).upper_rad;
+    solver.range_.lower_rad[j] = model.axis(solver.head_first_ + j).lower_rad;
+    solver.range_.upper_rad[j] = model.axis(solver.head_first_ + j).upper_rad;
   }
   return solver;
 }
@@ -69,9 +69,10 @@ double GazeSolver::error_px(const Eigen::Vector3d& p_Root_m, const TorsoAngles& 
 }
 
 GazeSolution GazeSolver::solve(const Eigen::Vector3d& p_Root_m, const TorsoAngles& torso_rad,
-                               const HeadAngles& start_rad) const {
-  const HeadAngles lower = lower_rad_.array() + kMargin_rad;
-  const HeadAngles upper = upper_rad_.array() - kMargin_rad;
+                               const HeadAngles& start_rad, const HeadRange& range) const {
+  const HeadAngles middle = (range.lower_rad + range.upper_rad) / 2;
+  const HeadAngles lower = (range.lower_rad.array() + kMargin_rad).min(middle.array());
+  const HeadAngles upper = (range.upper_rad.array() - kMargin_rad).max(middle.array());
   HeadAngles rest = start_rad.cwiseMax(lower).cwiseMin(upper);
   rest[1] = std::clamp(0.0, lower[1], upper[1]);
   rest[3] = std::clamp(0.0, lower[3], upper[3]);
@@ -138,7 +139,8 @@ GazeSolution GazeSolver::solve(const Eigen::Vector3d& p_Root_m, const TorsoAngle
       if (damping > 1e12) break;
     }
   }
-  return {q, std::max(seen.head<2>().norm(), seen.tail<2>().norm())};
+  return {q, std::max(seen.head<2>().norm(), seen.tail<2>().norm()),
+          (seen.head<2>() + seen.tail<2>()).norm() / 2};
 }
 
 Eigen::Vector3d GazeSolver::p_RootFixation_m(const TorsoAngles& torso_rad, const HeadAngles& head_rad) const {
@@ -152,14 +154,6 @@ Eigen::Vector3d GazeSolver::p_RootFixation_m(const TorsoAngles& torso_rad, const
       (rays[0].origin_m + rays[1].origin_m) / 2 + kFar_m * (rays[0].direction + rays[1].direction) / 2;
   const std::optional<Triangulation> met = triangulate(rays[0], rays[1]);
   return met && met->distance_left_m < kFar_m ? met->p_m : far;
-}
-
-Eigen::Vector3d GazeSolver::p_RootPixel_m(int eye, const Eigen::Vector2d& px, double distance_m,
-                                          const TorsoAngles& torso_rad, const HeadAngles& head_rad) const {
-  const Eigen::Isometry3d X =
-      model_->X_RootLink(cameras_[static_cast<std::size_t>(eye)], axes(torso_rad, head_rad));
-  const Ray ray = ray_of_pixel(camera_, X, px);
-  return ray.origin_m + distance_m * ray.direction;
 }
 
 }  // namespace nido

@@ -2,8 +2,11 @@
 
 #include "nido/gateway/icub_tasks.h"
 
+#include <fmt/format.h>
+
 #include <atomic>
 #include <condition_variable>
+#include <fstream>
 #include <mutex>
 
 #include "../robot/task_rig.h"
@@ -29,6 +32,8 @@ std::string shape(const Bottle& words) {
       text += "(" + shape(word.items) + ")";
     } else if (word.is_number()) {
       text += '#';
+    } else if (word.is_word("true") || word.is_word("fals")) {
+      text += "[truth]";
     } else if (word.kind == yarp::Value::Kind::kWord) {
       text += "[" + word.text + "]";
     } else {
@@ -38,66 +43,67 @@ std::string shape(const Bottle& words) {
   return text;
 }
 
+// What the clients of the iCub software sent with their calls to a gateway before a fake robot, and what they
+// got, in the order in which it was recorded.
+struct Exchange {
+  std::string asked;
+  std::string answered;
+};
+std::vector<Exchange> exchanges(const std::string& client) {
+  std::vector<Exchange> found;
+  std::ifstream file(NIDO_ICUB_CLIENTS);
+  bool wanted = false;
+  for (std::string line; std::getline(file, line);) {
+    if (line.starts_with("# ")) wanted = line == "# " + client;
+    if (wanted && line.starts_with("> ")) found.push_back({line.substr(2), ""});
+    if (wanted && line.starts_with("< ")) found.back().answered = line.substr(2);
+  }
+  EXPECT_GT(found.size(), 30U) << client;
+  return found;
+}
+
 class IcubHand : public testing::Test {
  protected:
+  void let_it_arrive() {
+    for (int period = 0; period < 400; ++period) rig_.advance();
+  }
   std::string asked(const std::string& line) { return shape(words_.reply(bottle(line))); }
   FakeTaskRig rig_;
-  CartesianWords words_{rig_.hand(), "right_arm", [](int axis) -> Result<std::pair<double, double>> {
-                          return std::pair(-10.0 * axis, 10.0 * axis);
-                        }};
+  CartesianWords words_{rig_.hand(), "right_arm"};
 };
 
 TEST_F(IcubHand, AnswersHaveTheShapeThatClientsRead) {
-  const std::string ten = "(# # # # # # # # # #)";
-  const std::string pose = "(# # # # # # #)";
-  for (const auto& [line, expected] : std::vector<std::pair<std::string, std::string>>{
-           {"[get] [info]", "[ack] ((\"\" \"\") (\"\" \"\"))"},
-           {"[get] [ison]", "[ack] [true]"},
-           {"[get] [mode]", "[ack] [shot]"},
-           {"[set] [mode] [cont]", "[ack]"},
-           {"[get] [mode]", "[ack] [cont]"},
-           {"[get] [refe]", "[ack] [fals]"},
-           {"[get] [prio]", "[ack] \"\""},
-           {"[set] [prio] orientation", "[ack]"},
-           {"[get] [time]", "[ack] #"},
-           {"[set] [time] 1.5", "[ack]"},
-           {"[get] [tol]", "[ack] #"},
-           {"[get] [done]", "[ack] [true]"},
-           {"[get] [pose]", "[ack] " + pose + " (# #)"},
-           {"[get] [pose] 9", "[ack] " + pose + " (# #)"},
-           {"[get] [dof]", "[ack] " + ten},
-           {"[set] [dof] (0 0 0 1 1 1 1 1 1 1)", "[ack] " + ten},
-           {"[get] [resp]", "[ack] " + ten},
-           {"[get] [resw]", "[ack] " + ten},
-           {"[get] [lim] 4", "[ack] # #"},
-           {"[get] [des]", "[ack] ([x] " + pose + ") ([q] " + ten + ")"},
-           {"[get] [tip]", "[ack] " + pose},
-           {"[set] [tip] (0.0 0.0 0.0 0.0 0.0 0.0 0.0)", "[ack]"},
-           {"[stor]", "[ack] #"},
-           {"[rest] 1", "[ack]"},
-           {"[del] (1)", "[ack]"},
-           {"[rest] 1", "[nack] \"\""},
-           {"[rest] 0", "[ack]"},
-           {"[stop]", "[ack]"},
-           {"[ask] ([xd] (-0.25 0.2 0.1)) ([pose] [xyz])", "[ack] ([x] " + pose + ") ([q] " + ten + ")"},
-           // what nido's hands do not do, and nonsense
-           {"[tvel] (0 0 0.1 0 0 0 0)", "[nack] \"\""},
-           {"[even] [regi] [ogoi] 0.5", "[nack] \"\""},
-           {"[get] [pose] 3", "[nack] \"\""},
-           {"[get] [pose] -1", "[nack] \"\""},
-           {"[get] [lim] 10", "[nack] \"\""},
-           {"[set] [time] -1", "[nack] \"\""},
-           {"[set] [tip] (0.1 0.0 0.0 0.0 0.0 1.0 0.5)", "[nack] \"\""},
-           {"[go] [full] 1.0 (0 0 0)", "[nack] \"\""},
-           {"[go] [full] 1.0 (0 0 0 0 0 0 1)", "[nack] \"\""},
-           {"[go] [xyz] 1.0 (a b c)", "[nack] \"\""},
-           {"[go]", "[nack] \"\""},
-           {"", "[nack] \"\""},
-           {"(((1)))", "[nack] \"\""},
-           {"[rest] 99999999999999", "[nack] \"\""},
-           {"[del] ((1) x 1e300)", "[ack]"}}) {
-    EXPECT_EQ(asked(line), expected) << line;
+  for (const Exchange& exchange : exchanges("hand")) {
+    EXPECT_EQ(asked(exchange.asked), shape(bottle(exchange.answered))) << exchange.asked;
+    if (!exchange.asked.starts_with("[get]")) let_it_arrive();
   }
+}
+
+TEST_F(IcubHand, NonsenseIsRefusedWithAReason) {
+  for (const char* line : {"[tvel] (0 0 0.1)",
+                           "[even] [regi] [ogoi] 2.0",
+                           "[even] [dance]",
+                           "[get] [pose] 10",
+                           "[get] [pose] -1",
+                           "[get] [lim] 10",
+                           "[set] [lim] 0 -1000.0 1000.0",
+                           "[set] [lim] 0 5.0",
+                           "[set] [time] -1",
+                           "[set] [dof] (a b)",
+                           "[set] [tip] (0.1 0.0 0.0)",
+                           "[set] [tip] (0.1 0.0 0.0 0.0 0.0 0.0 1.0)",
+                           "[set] [refe] [true]",
+                           "[set] [twea] ((a 1))",
+                           "[go] [full] 1.0 (0 0 0)",
+                           "[go] [full] 1.0 (0 0 0 0 0 0 1)",
+                           "[go] [xyz] 1.0 (a b c)",
+                           "[go]",
+                           "",
+                           "(((1)))",
+                           "[rest] 99999999999999"}) {
+    EXPECT_EQ(asked(line), "[nack] \"\"") << line;
+  }
+  EXPECT_EQ(asked("[del] ((1) x 1e300)"), "[ack]");
 }
 
 TEST_F(IcubHand, GoesWhereAClientSends) {
@@ -110,9 +116,9 @@ TEST_F(IcubHand, GoesWhereAClientSends) {
                                 yarp::Value::list(pose)})),
             "[ack]");
   rig_.advance();
-  EXPECT_EQ(asked("[get] [done]"), "[ack] [fals]");
-  for (int period = 0; period < 400; ++period) rig_.advance();
-  EXPECT_EQ(asked("[get] [done]"), "[ack] [true]");
+  EXPECT_TRUE(words_.reply(bottle("[get] [done]")).at(1).is_word("fals"));
+  let_it_arrive();
+  EXPECT_TRUE(words_.reply(bottle("[get] [done]")).at(1).is_word("true"));
   const CartesianState after = *rig_.hand().state();
   EXPECT_NEAR(after.X_RootPalm.translation().x(), before.X_RootPalm.translation().x() - 0.05, 0.002);
   EXPECT_NEAR(after.X_RootPalm.translation().z(), before.X_RootPalm.translation().z() + 0.06, 0.002);
@@ -135,35 +141,42 @@ class IcubGaze : public testing::Test {
 };
 
 TEST_F(IcubGaze, AnswersHaveTheShapeThatClientsRead) {
-  for (const auto& [line, expected] :
-       std::vector<std::pair<std::string, std::string>>{{"get info", "[ack] ((\"\" \"\"))"},
-                                                        {"get track", "[ack] #"},
-                                                        {"set track 1", "[ack]"},
-                                                        {"[set] [trac] 0", "[ack]"},
-                                                        {"get done", "[ack] #"},
-                                                        {"get sdon", "[ack] #"},
-                                                        {"get pose left", "[ack] (# # # # # # #) (# #)"},
-                                                        {"get pose right", "[ack] (# # # # # # #) (# #)"},
-                                                        {"get des", "[ack] (# # # # # # # # #)"},
-                                                        {"look 3D (-0.5 0.1 0.1)", "[ack]"},
-                                                        {"look mono (left 160 100 0.5)", "[ack]"},
-                                                        {"look ang (abs 5.0 -5.0 5.0)", "[ack]"},
-                                                        {"stop", "[ack]"},
-                                                        {"stor", "[ack] #"},
-                                                        {"rest 1", "[ack]"},
-                                                        {"del (1)", "[ack]"},
-                                                        {"rest 1", "[nack] \"\""},
-                                                        {"clear pitch", "[ack]"},
-                                                        {"bind pitch -5 5", "[nack] \"\""},
-                                                        {"get Tneck", "[nack] \"\""},
-                                                        {"set Teyes 0.2", "[nack] \"\""},
-                                                        {"get pose", "[nack] \"\""},
-                                                        {"look 3D", "[nack] \"\""},
-                                                        {"look 3D (1 2)", "[nack] \"\""},
-                                                        {"look up (1 2 3)", "[nack] \"\""},
-                                                        {"quit", "[nack] \"\""},
-                                                        {"", "[nack] \"\""}}) {
-    EXPECT_EQ(asked(line), expected) << line;
+  for (const Exchange& exchange : exchanges("gaze")) {
+    EXPECT_EQ(asked(exchange.asked), shape(bottle(exchange.answered))) << exchange.asked;
+    if (!exchange.asked.starts_with("get")) let_it_arrive();
+  }
+}
+
+TEST_F(IcubGaze, NonsenseIsRefusedWithAReason) {
+  for (const char* line : {"get",
+                           "get pose",
+                           "get 2D",
+                           "get 2D (up 1 2 3)",
+                           "get 3D mono",
+                           "get 3D mono (left 1 2)",
+                           "get 3D proj (left 1 2 0 0 0 1)",
+                           "get 3D ang (abs 170 0 5)",
+                           "get ang (1 2)",
+                           "set Tneck 0.0",
+                           "set Tneck soon",
+                           "set vor 0.5",
+                           "set stab 1",
+                           "set tweak ((a 1))",
+                           "set pid 1",
+                           "bind",
+                           "bind pitch 1",
+                           "bind ear 1 2",
+                           "clear ear",
+                           "register ongoing 2",
+                           "register done 0.5",
+                           "look 3D",
+                           "look 3D (1 2)",
+                           "look up (1 2 3)",
+                           "look mono (left 1 2 ver)",
+                           "rest 77",
+                           "quit",
+                           ""}) {
+    EXPECT_EQ(asked(line), "[nack] \"\"") << line;
   }
   EXPECT_EQ(GazeWords::fixation_vector(*rig_.gaze().state()).size(), 3U);
   EXPECT_EQ(GazeWords::angles_vector(*rig_.gaze().state()).size(), 3U);
@@ -171,26 +184,92 @@ TEST_F(IcubGaze, AnswersHaveTheShapeThatClientsRead) {
 }
 
 TEST_F(IcubGaze, LooksWhereAClientPoints) {
-  ASSERT_TRUE(words_.point(bottle("-0.5 0.1 0.15")).ok());
+  ASSERT_TRUE(words_.look("3D", bottle("-0.5 0.1 0.15")).ok());
   EXPECT_TRUE(words_.has_target());
   let_it_arrive();
   EXPECT_FALSE(words_.has_target()) << "without tracking it is let go when it is reached";
   EXPECT_LT((rig_.gaze().state()->p_RootFixation_m - Eigen::Vector3d(-0.5, 0.1, 0.15)).norm(), 0.03);
   words_.reply(bottle("set track 1"));
-  ASSERT_TRUE(words_.angles(bottle("abs 10 -10 6")).ok());
+  ASSERT_TRUE(words_.look("ang", bottle("abs 10 -10 6")).ok());
   let_it_arrive();
   EXPECT_TRUE(words_.has_target()) << "with tracking it is kept in sight";
   const Bottle angles = GazeWords::angles_vector(*rig_.gaze().state());
   EXPECT_NEAR(angles[0].as_number(), 10, 0.5);
   EXPECT_NEAR(angles[1].as_number(), -10, 0.5);
-  ASSERT_TRUE(words_.mono(bottle("right 160 120 0.5")).ok());
-  ASSERT_TRUE(words_.stereo(bottle("160 100 160 100")).ok());
+  ASSERT_TRUE(words_.look("mono", bottle("right 160 120 0.5")).ok());
+  ASSERT_TRUE(words_.look("ster", bottle("160 100 160 100")).ok());
   for (const char* nonsense : {"", "1 2", "nan 1 2", "a b c", "(1 2 3)", "1 2 3 4 5"}) {
-    EXPECT_FALSE(words_.point(bottle(nonsense)).ok()) << nonsense;
-    EXPECT_FALSE(words_.mono(bottle(nonsense)).ok()) << nonsense;
-    EXPECT_FALSE(words_.stereo(bottle(nonsense)).ok()) << nonsense;
-    EXPECT_FALSE(words_.angles(bottle(nonsense)).ok()) << nonsense;
+    for (const char* kind : {"3D", "mono", "ster", "ang"}) {
+      EXPECT_FALSE(words_.look(kind, bottle(nonsense)).ok()) << kind << " " << nonsense;
+    }
   }
+}
+
+// The numbers of an answer [ack] (...).
+std::vector<double> numbers(const Bottle& answer) {
+  std::vector<double> found;
+  if (answer.size() < 2) return found;
+  for (const yarp::Value& value : answer[1].items) found.push_back(value.as_number());
+  return found;
+}
+
+TEST_F(IcubGaze, PixelsAndPointsBelongTogether) {
+  ASSERT_TRUE(words_.look("3D", bottle("-0.5 0.1 0.1")).ok());
+  let_it_arrive();
+  const Eigen::Vector3d p_m(-0.55, 0.15, 0.15);
+  const auto told = [&](const std::string& line) { return numbers(words_.reply(bottle(line))); };
+  const std::vector<double> left = told("get 2D (left -0.55 0.15 0.15)");
+  const std::vector<double> right = told("get 2D (right -0.55 0.15 0.15)");
+  ASSERT_EQ(left.size(), 2U);
+  ASSERT_EQ(right.size(), 2U);
+  const Eigen::Isometry3d X_EyeRoot = rig_.gaze().state()->X_RootEyes[0].inverse();
+  for (const std::string& line :
+       {fmt::format("get 3D stereo ({} {} {} {})", left[0], left[1], right[0], right[1]),
+        fmt::format("get 3D mono (left {} {} {})", left[0], left[1], (X_EyeRoot * p_m).z()),
+        fmt::format("get 3D proj (left {} {} 2.0 0.0 0.0 1.1)", left[0], left[1])}) {
+    const std::vector<double> n = told(line);
+    ASSERT_EQ(n.size(), 3U) << line;
+    EXPECT_LT((Eigen::Vector3d(n[0], n[1], n[2]) - p_m).norm(), 1e-4) << line;
+  }
+  const std::vector<double> there = told("get 3D ang (abs 10.0 -10.0 5.0)");
+  ASSERT_EQ(there.size(), 3U);
+  const std::vector<double> angles = told(fmt::format("get ang ({} {} {})", there[0], there[1], there[2]));
+  ASSERT_EQ(angles.size(), 3U);
+  EXPECT_NEAR(angles[0], 10, 1e-6);
+  EXPECT_NEAR(angles[1], -10, 1e-6);
+  EXPECT_NEAR(angles[2], 5, 1e-6);
+}
+
+TEST_F(IcubGaze, ABoundNeckStaysInItsRangeUntilTheContextComesBack) {
+  ASSERT_EQ(asked("stor"), "[ack] #");
+  ASSERT_EQ(asked("bind yaw -5.0 5.0"), "[ack]");
+  ASSERT_TRUE(words_.look("3D", bottle("-0.5 0.2 0.2")).ok());
+  let_it_arrive();
+  EXPECT_LT(std::abs(rig_.gaze().state()->head_rad[2]), 0.09);
+  ASSERT_EQ(asked("rest 1"), "[ack]");
+  EXPECT_GT(rig_.gaze().settings()->neck_upper_rad[2], 0.5);
+}
+
+TEST(MotionEvents, AShareIsToldOnceInEachMotion) {
+  gateway::MotionEvents events;
+  ASSERT_EQ(shape(events.reply(bottle("register ongoing 0.5"), 0).value_or(Bottle{})), "[ack]");
+  const auto told = [&](bool moving, double progress) {
+    std::string names;
+    for (const Bottle& event : events.follow(moving, progress, 0)) names += event[0].text.substr(7) + " ";
+    return names;
+  };
+  EXPECT_EQ(told(false, 1), "");
+  EXPECT_EQ(told(true, 0.1), "onset ");
+  EXPECT_EQ(told(true, 0.6), "ongoing ");
+  EXPECT_EQ(told(true, 0.7), "");
+  EXPECT_EQ(told(true, 0.2), "") << "another motion, before the first one was over";
+  EXPECT_EQ(told(true, 0.5), "ongoing ");
+  EXPECT_EQ(told(false, 1), "done ");
+  EXPECT_EQ(told(true, 0), "onset ");
+  EXPECT_EQ(told(false, 0.3), "done ") << "stopped on its way";
+  EXPECT_FALSE(events.reply(bottle("register ongoing 2"), 0).has_value());
+  EXPECT_EQ(shape(events.reply(bottle("unregister ongoing 0.5"), 0).value_or(Bottle{})), "[ack]");
+  EXPECT_EQ(shape(events.reply(bottle("unregister ongoing 0.5"), 0).value_or(Bottle{})), "[nack] \"\"");
 }
 
 // With the ports of a whole system between them.
@@ -206,7 +285,7 @@ TEST(IcubTasks, ClientsFindTheControllersThatTheyExpect) {
     link.wait_for(std::string("/iKinGazeCtrl") + end);
   }
   EXPECT_EQ(shape(required(link.network()->ask(controller + "/rpc:i", bottle("[get] [ison]")))),
-            "[ack] [true]");
+            "[ack] [truth]");
   EXPECT_EQ(shape(required(link.network()->ask("/iKinGazeCtrl/rpc", bottle("get done")))), "[ack] #");
   std::mutex mutex;
   std::condition_variable changed;

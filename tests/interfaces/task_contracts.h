@@ -109,6 +109,95 @@ TEST_P(TaskContract, TheHandStopsOnItsWay) {
   EXPECT_GT(hand().position_error_m, 0.01);
 }
 
+TEST_P(TaskContract, TheHandGoesOnAtASpeed) {
+  const Eigen::Isometry3d before = hand().X_RootPalm;
+  ASSERT_TRUE(rig_->hand().go_on({0, 0, 0.05}, Eigen::Vector3d::Zero()).ok());
+  EXPECT_TRUE(
+      eventually(3.0, [&] { return hand().X_RootPalm.translation().z() > before.translation().z() + 0.05; }));
+  EXPECT_NEAR(hand().v_m_s.z(), 0.05, 0.02);
+  EXPECT_TRUE(hand().moving);
+  const Eigen::Vector3d gone_m = hand().X_RootPalm.translation() - before.translation();
+  EXPECT_LT(gone_m.head<2>().norm(), 0.01) << "straight up";
+  ASSERT_TRUE(rig_->hand().stop().ok());
+  EXPECT_TRUE(eventually(1.0, [&] { return !hand().moving && hand().v_m_s.norm() < 0.01; }));
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_FALSE(rig_->hand().go_on({0, nan, 0}, Eigen::Vector3d::Zero()).ok());
+  EXPECT_FALSE(rig_->hand().go_on({100, 0, 0}, Eigen::Vector3d::Zero()).ok());
+}
+
+TEST_P(TaskContract, WhatMovesIsSet) {
+  constexpr std::size_t kTorso = 3;
+  const CartesianSettings before = *rig_->hand().settings();
+  ASSERT_EQ(before.moves.size(), 10U);
+  CartesianSettings arm_only = before;
+  for (std::size_t j = 0; j < kTorso; ++j) arm_only.moves[j] = false;
+  arm_only.upper_rad[4] = arm_only.lower_rad[4] + 0.9 * (before.upper_rad[4] - before.lower_rad[4]);
+  arm_only.rest_rad[5] = 0.1;
+  ASSERT_TRUE(rig_->hand().set_settings(arm_only).ok());
+  const CartesianSettings told = *rig_->hand().settings();
+  EXPECT_EQ(told.moves, arm_only.moves);
+  EXPECT_NEAR(told.upper_rad[4], arm_only.upper_rad[4], 1e-9);
+  EXPECT_NEAR(told.rest_rad[5].value_or(9), 0.1, 1e-9);
+  EXPECT_FALSE(told.rest_rad[4].has_value());
+  const CartesianGoal there = goal({-0.02, 0.02, 0.05});
+  const CartesianPlan plan = *rig_->hand().plan(there);
+  EXPECT_LT(plan.position_error_m, 0.002);
+  EXPECT_LT((plan.X_RootPalm.translation() - there.X_RootPalm.translation()).norm(), 0.002);
+  const CartesianPlan stays = *rig_->hand().plan(goal({0, 0, 0}));
+  for (std::size_t j = 0; j < kTorso; ++j) EXPECT_NEAR(plan.joints_rad[j], stays.joints_rad[j], 0.01) << j;
+  // a place beside the palm is brought to the goal
+  CartesianSettings tool = before;
+  tool.X_PalmTip.translation().x() = 0.1;
+  const Eigen::Vector3d tip_m = hand().X_RootPalm * Eigen::Vector3d(0.1, 0, 0);
+  ASSERT_TRUE(rig_->hand().set_settings(tool).ok());
+  EXPECT_LT((hand().X_RootPalm.translation() - tip_m).norm(), 0.003);
+  EXPECT_LT((rig_->hand().X_RootLink(9)->translation() - tip_m).norm(), 0.003);
+  EXPECT_FALSE(rig_->hand().X_RootLink(10).ok());
+  EXPECT_FALSE(rig_->hand().X_RootLink(-1).ok());
+  // nonsense changes nothing
+  CartesianSettings wrong = before;
+  wrong.upper_rad[0] += 1;
+  EXPECT_FALSE(rig_->hand().set_settings(wrong).ok());
+  wrong = before;
+  wrong.lower_rad[0] = wrong.upper_rad[0] + 0.1;
+  EXPECT_FALSE(rig_->hand().set_settings(wrong).ok());
+  EXPECT_NEAR(rig_->hand().settings()->X_PalmTip.translation().x(), 0.1, 1e-9);
+  ASSERT_TRUE(rig_->hand().set_settings(before).ok());
+}
+
+TEST_P(TaskContract, HowTheHeadTurnsIsSet) {
+  EXPECT_GT(rig_->gaze().body()->baseline_m, 0.05);
+  const GazeSettings before = *rig_->gaze().settings();
+  GazeSettings still = before;
+  still.neck_s = 1.5;
+  still.neck_lower_rad[1] = still.neck_upper_rad[1] = 0;
+  still.neck_lower_rad[2] = -0.1;
+  still.neck_upper_rad[2] = 0.1;
+  ASSERT_TRUE(rig_->gaze().set_settings(still).ok());
+  EXPECT_NEAR(rig_->gaze().settings()->neck_upper_rad[2], 0.1, 1e-9);
+  ASSERT_TRUE(rig_->gaze().look_at({-0.5, 0.2, 0.2}).ok());
+  EXPECT_TRUE(eventually(0.5, [&] { return gaze().moving; }));
+  EXPECT_TRUE(eventually(6.0, [&] { return !gaze().moving && gaze().error_px < rig_->tolerance_px(); }));
+  EXPECT_LT(std::abs(gaze().wanted_rad[2]), 0.1001) << "the neck stays in its range, the eyes do the rest";
+  EXPECT_GT(std::abs(gaze().wanted_rad[4]), 0.05);
+  // the eyes straight ahead: the neck alone
+  GazeSettings staring = before;
+  staring.vergence_rad = 0.1;
+  ASSERT_TRUE(rig_->gaze().set_settings(staring).ok());
+  EXPECT_NEAR(rig_->gaze().settings()->vergence_rad.value_or(0), 0.1, 1e-9);
+  ASSERT_TRUE(rig_->gaze().look_at({-0.5, 0.1, 0.2}).ok());
+  EXPECT_NEAR(gaze().wanted_rad[4], 0, 1e-6);
+  EXPECT_NEAR(gaze().wanted_rad[5], 0.1, 1e-6);
+  GazeSettings wrong = before;
+  wrong.neck_upper_rad[0] += 1;
+  EXPECT_FALSE(rig_->gaze().set_settings(wrong).ok());
+  wrong = before;
+  wrong.eyes_s = 0;
+  EXPECT_FALSE(rig_->gaze().set_settings(wrong).ok());
+  ASSERT_TRUE(rig_->gaze().set_settings(before).ok());
+  ASSERT_TRUE(rig_->gaze().stop().ok());
+}
+
 TEST_P(TaskContract, BothEyesLookAtAPoint) {
   for (const Eigen::Vector3d& p_Root_m :
        {Eigen::Vector3d(-0.5, 0.15, 0.1), Eigen::Vector3d(-0.35, -0.2, 0.0)}) {

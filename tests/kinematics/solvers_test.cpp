@@ -177,10 +177,20 @@ TEST(Gaze, APixelIsAPointOnItsLineOfSight) {
   ASSERT_TRUE(solver.ok());
   const TorsoAngles torso = TorsoAngles::Zero();
   HeadAngles head = HeadAngles::Zero();
-  const Eigen::Vector3d p_Root_m = solver->p_RootPixel_m(0, {40, 200}, 0.5, torso, head);
+  Eigen::VectorXd axes = model.zero_axes();
+  const auto first = [&](const char* part) {
+    return model.parts()[static_cast<std::size_t>(*model.part_index(part))].first_axis;
+  };
+  axes.segment<3>(first("torso")) = torso;
+  const auto seen_m = [&](const Eigen::Vector2d& px, const HeadAngles& head_rad) -> Eigen::Vector3d {
+    axes.segment<6>(first("head")) = head_rad;
+    const Ray sight = ray_of_pixel(PinholeCamera{}, model.X_RootLink(*model.camera_link("left"), axes), px);
+    return sight.origin_m + 0.5 * sight.direction;
+  };
+  const Eigen::Vector3d p_Root_m = seen_m({40, 200}, head);
   const GazeSolution found = solver->solve(p_Root_m, torso, head);
   EXPECT_LT(found.error_px, 3);
-  EXPECT_LT((solver->p_RootPixel_m(0, {160, 120}, 0.5, torso, found.head_rad) - p_Root_m).norm(), 0.03);
+  EXPECT_LT((seen_m({160, 120}, found.head_rad) - p_Root_m).norm(), 0.03);
 }
 
 }  // namespace

@@ -1,7 +1,6 @@
 // The ports of iCub's own controllers of hand and gaze, before nido's devices.
 #include <array>
 #include <map>
-#include <tuple>
 #include <utility>
 
 #include "bridges.h"
@@ -40,6 +39,38 @@ class TaskBridge : public Bridge {
     };
     return open(std::move(spec));
   }
+  virtual void tick() = 0;
+  void publish(const std::string& end, yarp::Bottle content, std::int64_t stamp_ns) {
+    const yarp::Stamp stamp{++count_ & 0x7fffffff, static_cast<double>(stamp_ns) * 1e-9};
+    context_.ports.publish(stem_ + end, std::make_shared<const yarp::Content>(std::move(content)),
+                           yarp::to_text(stamp));
+  }
+  template <class State>
+  void publish_events(MotionEvents& events, const State& state) {
+    for (yarp::Bottle& event : events.follow(state.moving, state.progress, state.stamp_ns)) {
+      publish("/events:o", std::move(event), state.stamp_ns);
+    }
+  }
+  // The outputs that both have, and no more to be opened.
+  Status open_outputs(std::initializer_list<std::pair<const char*, const char*>> outputs) {
+    for (const auto& [end, about] : outputs) {
+      if (Status opened = open_output(end, about); !opened) return opened;
+    }
+    if (Status opened = open_output("/events:o", "motion-onset, motion-done, motion-ongoing"); !opened) {
+      return opened;
+    }
+    start();
+    return {};
+  }
+  AskLine asker(const std::string& service) {
+    return [this, service](const std::string& line) { return context_.node.call(service, line, kService_s); };
+  }
+  void refuse(const std::string& end, const Status& status) {
+    if (!status) context_.node.log_warning(stem_ + end + ": " + status.error().message);
+  }
+  std::atomic<bool> goes_on_ = false;  // tick() is wanted though nobody reads
+
+ private:
   Status open_output(const std::string& end, const std::string& about) {
     yarp::PortSpec spec;
     spec.name = stem_ + end;
@@ -54,29 +85,6 @@ class TaskBridge : public Bridge {
       if (*alive != nullptr) (*alive)->turn();
     });
   }
-  virtual void tick() = 0;
-  void publish(const std::string& end, yarp::Bottle content, std::int64_t stamp_ns) {
-    const yarp::Stamp stamp{++count_ & 0x7fffffff, static_cast<double>(stamp_ns) * 1e-9};
-    context_.ports.publish(stem_ + end, std::make_shared<const yarp::Content>(std::move(content)),
-                           yarp::to_text(stamp));
-  }
-  // What clients are told when a motion begins and ends.
-  void publish_event(bool moving, std::int64_t stamp_ns) {
-    if (moving == std::exchange(was_moving_, moving)) return;
-    publish("/events:o",
-            {yarp::Value::string(moving ? "motion-onset" : "motion-done"),
-             yarp::Value::of(static_cast<double>(stamp_ns) * 1e-9)},
-            stamp_ns);
-  }
-  AskLine asker(const std::string& service) {
-    return [this, service](const std::string& line) { return context_.node.call(service, line, kService_s); };
-  }
-  void refuse(const std::string& end, const Status& status) {
-    if (!status) context_.node.log_warning(stem_ + end + ": " + status.error().message);
-  }
-  std::atomic<bool> goes_on_ = false;  // tick() is wanted though nobody reads
-
- private:
   Status open(yarp::PortSpec spec) {
     const std::string name = spec.name;
     Status opened = context_.ports.open_port(std::move(spec));
@@ -114,7 +122,6 @@ class TaskBridge : public Bridge {
   std::vector<std::string> names_;
   std::map<std::string, std::size_t> readers_;  // of each output; the loop's
   std::atomic<bool> is_at_work_ = false;
-  bool was_moving_ = false;
   std::int64_t count_ = 0;
   Worker worker_;
 };
@@ -125,7 +132,7 @@ class CartesianBridge final : public TaskBridge {
   CartesianBridge(BridgeContext& context, const std::string& robot, const std::string& part)
       : TaskBridge(context, robot + "/cartesianController/" + part),
         hand_(asked_cartesian(asker(robot + "/cartesian/" + part + std::string(kRpc)))),
-        words_(*hand_, part, [this, robot, part](int axis) { return limits_of(robot, part, axis); }) {}
+        words_(*hand_, part) {}
   ~CartesianBridge() override { close(); }
 
   Status open() {
@@ -136,14 +143,10 @@ class CartesianBridge final : public TaskBridge {
         refuse("/command:i", Error{ErrorCode::kFailed, told[1].text});
       return std::nullopt;
     };
-    for (const Status& opened : {open_input("/rpc:i", "a hand, as cartesiancontrollerclient asks it", answer),
-                                 open_input("/command:i", "poses for a hand to go to", obey),
-                                 open_output("/state:o", "pose of the palm: x y z, axis, angle"),
-                                 open_output("/events:o", "motion-onset, motion-done")}) {
-      if (!opened) return opened;
-    }
-    start();
-    return {};
+    if (Status opened = open_input("/rpc:i", "a hand, as cartesiancontrollerclient asks it", answer); !opened)
+      return opened;
+    if (Status opened = open_input("/command:i", "poses and speeds for a hand", obey); !opened) return opened;
+    return open_outputs({{"/state:o", "pose of the palm: x y z, axis, angle"}});
   }
 
  private:
@@ -151,20 +154,7 @@ class CartesianBridge final : public TaskBridge {
     const Result<CartesianState> state = hand_->state();
     if (!state) return;
     publish("/state:o", CartesianWords::pose_vector(*state), state->stamp_ns);
-    publish_event(state->moving, state->stamp_ns);
-  }
-  // from the boards, in degrees: [is] llim MIN MAX ...
-  Result<std::pair<double, double>> limits_of(const std::string& robot, const std::string& part, int axis) {
-    const bool of_torso = axis < 3;
-    const std::string board = robot + "/" + (of_torso ? "torso" : part) + std::string(kRpc);
-    const Result<std::string> told =
-        asker(board)("get llim " + std::to_string(of_torso ? 2 - axis : axis - 3));
-    if (!told) return told.error();
-    const Result<yarp::Bottle> words = yarp::parse_bottle(*told);
-    if (!words || words->size() < 4 || !(*words)[2].is_number() || !(*words)[3].is_number()) {
-      return Error{ErrorCode::kFailed, board + " does not tell its limits"};
-    }
-    return std::pair((*words)[2].as_number(), (*words)[3].as_number());
+    publish_events(words_.events(), *state);
   }
 
   const std::unique_ptr<ICartesianControl> hand_;
@@ -185,30 +175,22 @@ class GazeBridge final : public TaskBridge {
     };
     if (Status opened = open_input("/rpc", "the gaze, as gazecontrollerclient asks it", answer); !opened)
       return opened;
-    using Order = Status (GazeWords::*)(const yarp::Bottle&);
-    const std::array<std::tuple<const char*, const char*, Order>, 4> orders = {{
-        {"/xd:i", "points to look at: X Y Z", &GazeWords::point},
-        {"/mono:i", "pixels to look at: left|right U V Z", &GazeWords::mono},
-        {"/stereo:i", "pixels to look at: UL VL UR VR", &GazeWords::stereo},
-        {"/angles:i", "directions to look: abs|rel AZIMUTH ELEVATION VERGENCE", &GazeWords::angles},
-    }};
-    for (const auto& [end, about, order] : orders) {
-      Status opened =
-          open_input(end, about, [this, name = std::string(end), what = order](const yarp::Bottle& words) {
-            refuse(name, (words_.*what)(words));
-            goes_on_ = words_.has_target();
-            return std::optional<yarp::Bottle>();
-          });
-      if (!opened) return opened;
+    for (const auto& [end, kind, about] : std::initializer_list<std::array<const char*, 3>>{
+             {"/xd:i", "3D", "points to look at: X Y Z"},
+             {"/mono:i", "mono", "pixels to look at: left|right U V Z, or ... ver VERGENCE"},
+             {"/stereo:i", "ster", "pixels to look at: UL VL UR VR"},
+             {"/angles:i", "ang", "directions to look: abs|rel AZIMUTH ELEVATION VERGENCE"}}) {
+      const auto order = [this, name = std::string(end),
+                          what = std::string(kind)](const yarp::Bottle& words) {
+        refuse(name, words_.look(what, words));
+        goes_on_ = words_.has_target();
+        return std::optional<yarp::Bottle>();
+      };
+      if (Status opened = open_input(end, about, order); !opened) return opened;
     }
-    for (const Status& opened : {open_output("/x:o", "where the eyes meet: x y z"),
-                                 open_output("/angles:o", "azimuth, elevation, vergence, degrees"),
-                                 open_output("/q:o", "joints of torso (pitch, roll, yaw) and head, degrees"),
-                                 open_output("/events:o", "motion-onset, motion-done")}) {
-      if (!opened) return opened;
-    }
-    start();
-    return {};
+    return open_outputs({{"/x:o", "where the eyes meet: x y z"},
+                         {"/angles:o", "azimuth, elevation, vergence, degrees"},
+                         {"/q:o", "joints of torso (pitch, roll, yaw) and head, degrees"}});
   }
 
  private:
@@ -220,7 +202,7 @@ class GazeBridge final : public TaskBridge {
     publish("/x:o", GazeWords::fixation_vector(*state), state->stamp_ns);
     publish("/angles:o", GazeWords::angles_vector(*state), state->stamp_ns);
     publish("/q:o", GazeWords::joints_vector(*state), state->stamp_ns);
-    publish_event(state->moving, state->stamp_ns);
+    publish_events(words_.events(), *state);
   }
 
   const std::unique_ptr<IGazeControl> gaze_;

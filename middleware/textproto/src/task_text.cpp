@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <optional>
@@ -14,6 +15,7 @@ namespace nido {
 namespace {
 
 constexpr double kDegree_rad = std::numbers::pi / 180.0;
+constexpr std::size_t kChainJoints = 10;
 using Values = std::vector<TextValue>;
 
 std::string fail(const std::string& reason) {
@@ -21,7 +23,8 @@ std::string fail(const std::string& reason) {
 }
 std::string outcome(const Status& status) { return status ? "[ok]" : fail(status.error().message); }
 
-std::string list(std::span<const double> numbers) {
+template <class Numbers>
+std::string list(const Numbers& numbers) {
   std::string text = "(";
   for (const double number : numbers) text += (text.size() > 1 ? " " : "") + format_number(number);
   return text + ")";
@@ -34,6 +37,13 @@ std::vector<double> numbers_from(const Values& words, std::size_t first) {
     numbers.push_back(words[i].number());
   }
   return numbers;
+}
+
+template <class Numbers>
+std::string degrees(const Numbers& angles_rad) {
+  std::vector<double> angles_deg;
+  for (const double angle_rad : angles_rad) angles_deg.push_back(angle_rad / kDegree_rad);
+  return list(angles_deg);
 }
 
 std::array<double, 7> pose_numbers(const Eigen::Isometry3d& X) {
@@ -106,6 +116,74 @@ std::optional<std::vector<double>> flat(const Values& words, std::initializer_li
 
 Error strange() { return {ErrorCode::kFailed, "the far side's state is not understood"}; }
 
+std::vector<double> radians(const std::vector<double>& degrees, std::size_t first, std::size_t count) {
+  std::vector<double> out;
+  for (std::size_t i = first; i < first + count; ++i) out.push_back(degrees.at(i) * kDegree_rad);
+  return out;
+}
+
+// (MOVES) (LOWER) (UPPER) (RESTS) (REST) (X Y Z QX QY QZ QW), by joint
+std::string settings_words(const CartesianSettings& settings) {
+  std::vector<double> moves(settings.moves.begin(), settings.moves.end());
+  std::vector<double> rests;
+  std::vector<double> rest_rad;
+  for (const std::optional<double>& rest : settings.rest_rad) {
+    rests.push_back(rest ? 1 : 0);
+    rest_rad.push_back(rest.value_or(0));
+  }
+  return fmt::format("{} {} {} {} {} {}", list(moves), degrees(settings.lower_rad),
+                     degrees(settings.upper_rad), list(rests), degrees(rest_rad),
+                     list(pose_numbers(settings.X_PalmTip)));
+}
+Result<CartesianSettings> cartesian_settings(const Values& words) {
+  constexpr std::size_t n = kChainJoints;
+  const auto numbers = flat(words, {n, n, n, n, n, 7});
+  if (!numbers) {
+    return Error{
+        ErrorCode::kInvalidArgument,
+        fmt::format("(MOVES) (LOWER) (UPPER) (RESTS) (REST) of {} joints and (X Y Z QX QY QZ QW) are "
+                    "expected",
+                    n)};
+  }
+  const Result<CartesianGoal> tip = goal_from(std::span(*numbers).subspan(5 * n, 7));
+  if (!tip) return tip.error();
+  CartesianSettings settings;
+  for (std::size_t j = 0; j < n; ++j) {
+    settings.moves.push_back((*numbers)[j] != 0);
+    settings.rest_rad.push_back(
+        (*numbers)[3 * n + j] != 0 ? std::optional((*numbers)[4 * n + j] * kDegree_rad) : std::nullopt);
+  }
+  settings.lower_rad = radians(*numbers, n, n);
+  settings.upper_rad = radians(*numbers, 2 * n, n);
+  settings.X_PalmTip = tip->X_RootPalm;
+  return settings;
+}
+
+// NECK_S EYES_S (LOWER) (UPPER) [VERGENCE]
+std::string settings_words(const GazeSettings& settings) {
+  return fmt::format("{} {} {} {}", format_number(settings.neck_s), format_number(settings.eyes_s),
+                     degrees(settings.neck_lower_rad), degrees(settings.neck_upper_rad)) +
+         (settings.vergence_rad ? " " + format_number(*settings.vergence_rad / kDegree_rad) : "");
+}
+Result<GazeSettings> gaze_settings(const Values& words) {
+  const auto n = flat(words, {0, 0, 3, 3});
+  const bool bound = words.size() > 4 && words[4].is_number();
+  if (!n) {
+    return Error{
+        ErrorCode::kInvalidArgument,
+        "NECK_SECONDS EYES_SECONDS (LOWER) (UPPER) [VERGENCE] are expected, degrees, pitch roll yaw"};
+  }
+  GazeSettings settings;
+  settings.neck_s = (*n)[0];
+  settings.eyes_s = (*n)[1];
+  for (Eigen::Index j = 0; j < 3; ++j) {
+    settings.neck_lower_rad[j] = (*n)[2 + static_cast<std::size_t>(j)] * kDegree_rad;
+    settings.neck_upper_rad[j] = (*n)[5 + static_cast<std::size_t>(j)] * kDegree_rad;
+  }
+  if (bound) settings.vergence_rad = words[4].number() * kDegree_rad;
+  return settings;
+}
+
 class AskedCartesian final : public ICartesianControl {
  public:
   explicit AskedCartesian(AskLine ask) : ask_(std::move(ask)) {}
@@ -113,31 +191,61 @@ class AskedCartesian final : public ICartesianControl {
   Result<CartesianState> state() const override {
     const Result<Values> words = answered(ask_, "get state");
     if (!words) return words.error();
-    const auto n = flat(*words, {0, 0, 7, 0, 0});
+    const auto n = flat(*words, {0, 0, 7, 0, 0, 0, kChainJoints, 3, 3});
     if (!n) return strange();
     const Result<CartesianGoal> pose = goal_from(std::span(*n).subspan(2, 7));
     if (!pose) return strange();
-    return CartesianState{std::llround((*n)[0] * 1e9), pose->X_RootPalm, (*n)[1] != 0, (*n)[9],
-                          (*n)[10] * kDegree_rad};
+    CartesianState state{std::llround((*n)[0] * 1e9),
+                         pose->X_RootPalm,
+                         (*n)[1] != 0,
+                         (*n)[9],
+                         (*n)[10] * kDegree_rad,
+                         (*n)[11],
+                         radians(*n, 12, kChainJoints)};
+    const std::size_t speed = 12 + kChainJoints;
+    state.v_m_s = {(*n)[speed], (*n)[speed + 1], (*n)[speed + 2]};
+    state.w_rad_s = kDegree_rad * Eigen::Vector3d((*n)[speed + 3], (*n)[speed + 4], (*n)[speed + 5]);
+    return state;
   }
   Result<CartesianPlan> plan(const CartesianGoal& goal) const override {
     if (Status valid = check(goal); !valid) return valid.error();
     const Result<Values> words = answered(ask_, "plan " + goal_words(goal));
     if (!words) return words.error();
-    if (words->size() < 3 || words->front().list() == nullptr) return strange();
-    const auto n = flat(*words, {words->front().list()->size(), 0, 0});
-    if (!n) return strange();
+    const auto n = flat(*words, {kChainJoints, 0, 0, 7});
+    const Result<CartesianGoal> there = n ? goal_from(std::span(*n).subspan(kChainJoints + 2, 7)) : strange();
+    if (!there) return strange();
     CartesianPlan plan;
-    for (std::size_t i = 0; i + 2 < n->size(); ++i) plan.joints_rad.push_back((*n)[i] * kDegree_rad);
-    plan.position_error_m = (*n)[n->size() - 2];
-    plan.turn_error_rad = n->back() * kDegree_rad;
+    plan.joints_rad = radians(*n, 0, kChainJoints);
+    plan.position_error_m = (*n)[kChainJoints];
+    plan.turn_error_rad = (*n)[kChainJoints + 1] * kDegree_rad;
+    plan.X_RootPalm = there->X_RootPalm;
     return plan;
   }
   Status go_to(const CartesianGoal& goal) override {
     if (Status valid = check(goal); !valid) return valid;
     return ordered(ask_, fmt::format("go {} in {}", goal_words(goal), format_number(goal.duration_s)));
   }
+  Status go_on(const Eigen::Vector3d& v_m_s, const Eigen::Vector3d& w_rad_s) override {
+    if (!v_m_s.allFinite() || !w_rad_s.allFinite()) {
+      return Error{ErrorCode::kInvalidArgument, "a speed has finite numbers"};
+    }
+    return ordered(ask_, "go on " + list(v_m_s) + " " + degrees(w_rad_s));
+  }
   Status stop() override { return ordered(ask_, "stop"); }
+  Result<Eigen::Isometry3d> X_RootLink(int joint_from_root) const override {
+    const Result<Values> words = answered(ask_, fmt::format("get link {}", joint_from_root));
+    if (!words) return words.error();
+    const auto n = flat(*words, {7});
+    const Result<CartesianGoal> pose = n ? goal_from(*n) : strange();
+    return pose ? Result<Eigen::Isometry3d>(pose->X_RootPalm) : strange();
+  }
+  Result<CartesianSettings> settings() const override {
+    const Result<Values> words = answered(ask_, "get settings");
+    return words ? cartesian_settings(*words) : words.error();
+  }
+  Status set_settings(const CartesianSettings& settings) override {
+    return ordered(ask_, "set settings " + settings_words(settings));
+  }
 
  private:
   static Status check(const CartesianGoal& goal) {
@@ -163,19 +271,23 @@ class AskedGaze final : public IGazeControl {
   Result<GazeState> state() const override {
     const Result<Values> words = answered(ask_, "get state");
     if (!words) return words.error();
-    const auto n = flat(*words, {0, 0, 3, 0, 3, 3, 6, 7, 7});
+    const auto n = flat(*words, {0, 0, 3, 0, 3, 3, 6, 7, 7, 0, 6, 6, 7});
     if (!n) return strange();
     GazeState state{std::llround((*n)[0] * 1e9), {(*n)[2], (*n)[3], (*n)[4]}, (*n)[1] != 0, (*n)[5]};
+    state.progress = (*n)[32];
     for (Eigen::Index i = 0; i < 6; ++i) {
       const auto at = static_cast<std::size_t>(i);
       if (i < 3) state.angles_rad[i] = (*n)[6 + at] * kDegree_rad;
       if (i < 3) state.torso_rad[i] = (*n)[9 + at] * kDegree_rad;
       state.head_rad[i] = (*n)[12 + at] * kDegree_rad;
+      state.wanted_rad[i] = (*n)[33 + at] * kDegree_rad;
+      state.velocities_rad_s[i] = (*n)[39 + at] * kDegree_rad;
     }
-    for (std::size_t eye = 0; eye < 2; ++eye) {
-      const Result<CartesianGoal> pose = goal_from(std::span(*n).subspan(18 + 7 * eye, 7));
+    for (const auto& [frame, at] :
+         {std::pair{&state.X_RootEyes[0], 18U}, {&state.X_RootEyes[1], 25U}, {&state.X_RootHead, 45U}}) {
+      const Result<CartesianGoal> pose = goal_from(std::span(*n).subspan(at, 7));
       if (!pose) return strange();
-      state.X_RootEyes[eye] = pose->X_RootPalm;
+      *frame = pose->X_RootPalm;
     }
     return state;
   }
@@ -208,17 +320,35 @@ class AskedGaze final : public IGazeControl {
                                      format_number(angles_rad.z() / kDegree_rad)));
   }
   Status stop() override { return ordered(ask_, "stop"); }
+  Result<GazeBody> body() const override {
+    const Result<Values> words = answered(ask_, "get body");
+    if (!words) return words.error();
+    const auto n = flat(*words, {0, 0, 0, 7, 0, 3, 3, 0});
+    const Result<CartesianGoal> ahead = n ? goal_from(std::span(*n).subspan(3, 7)) : strange();
+    if (!ahead) return strange();
+    const auto three_rad = [&](std::size_t at) -> Eigen::Vector3d {
+      return kDegree_rad * Eigen::Vector3d((*n)[at], (*n)[at + 1], (*n)[at + 2]);
+    };
+    return GazeBody{static_cast<int>((*n)[0]),
+                    static_cast<int>((*n)[1]),
+                    (*n)[2],
+                    ahead->X_RootPalm,
+                    (*n)[10],
+                    three_rad(11),
+                    three_rad(14),
+                    (*n)[17] * kDegree_rad};
+  }
+  Result<GazeSettings> settings() const override {
+    const Result<Values> words = answered(ask_, "get settings");
+    return words ? gaze_settings(*words) : words.error();
+  }
+  Status set_settings(const GazeSettings& settings) override {
+    return ordered(ask_, "set settings " + settings_words(settings));
+  }
 
  private:
   AskLine ask_;
 };
-
-// angles in degrees
-template <class Angles>
-std::string degrees(const Angles& angles_rad) {
-  const Angles angles_deg = angles_rad / kDegree_rad;
-  return list({angles_deg.data(), static_cast<std::size_t>(angles_deg.size())});
-}
 
 }  // namespace
 
@@ -233,10 +363,31 @@ std::string cartesian_reply(ICartesianControl& hand, const std::string& line) {
   if (is(0, "get") && is(1, "state") && words.size() == 2) {
     const Result<CartesianState> state = hand.state();
     if (!state) return fail(state.error().message);
-    return fmt::format("[is] state {} {} {} {} {} [ok]",
+    return fmt::format("[is] state {} {} {} {} {} {} {} {} {} [ok]",
                        format_number(static_cast<double>(state->stamp_ns) * 1e-9), state->moving ? 1 : 0,
                        list(pose_numbers(state->X_RootPalm)), format_number(state->position_error_m),
-                       format_number(state->turn_error_rad / kDegree_rad));
+                       format_number(state->turn_error_rad / kDegree_rad), format_number(state->progress),
+                       degrees(state->velocities_rad_s), list(state->v_m_s), degrees(state->w_rad_s));
+  }
+  if (is(0, "get") && is(1, "link") && words.size() == 3) {
+    const auto* joint = std::get_if<long long>(&words[2].content);
+    const auto X =
+        hand.X_RootLink(joint != nullptr ? static_cast<int>(std::clamp(*joint, -1LL, 1000LL)) : -1);
+    return X ? "[is] link " + list(pose_numbers(*X)) + " [ok]" : fail(X.error().message);
+  }
+  if (is(0, "get") && is(1, "settings") && words.size() == 2) {
+    const Result<CartesianSettings> settings = hand.settings();
+    return settings ? "[is] settings " + settings_words(*settings) + " [ok]" : fail(settings.error().message);
+  }
+  if (is(0, "set") && is(1, "settings")) {
+    const Result<CartesianSettings> settings = cartesian_settings({words.begin() + 2, words.end()});
+    return settings ? outcome(hand.set_settings(*settings)) : fail(settings.error().message);
+  }
+  if (is(0, "go") && is(1, "on")) {
+    const auto n = flat({words.begin() + 2, words.end()}, {3, 3});
+    if (!n || words.size() != 4) return fail("go on (VX VY VZ) (WX WY WZ), m/s and degrees/s, is expected");
+    return outcome(
+        hand.go_on({(*n)[0], (*n)[1], (*n)[2]}, kDegree_rad * Eigen::Vector3d((*n)[3], (*n)[4], (*n)[5])));
   }
   if (is(0, "go") || is(0, "plan")) {
     const std::vector<double> numbers = numbers_from(words, 1);
@@ -251,13 +402,14 @@ std::string cartesian_reply(ICartesianControl& hand, const std::string& line) {
     if (is(0, "go")) return outcome(hand.go_to(*goal));
     const Result<CartesianPlan> plan = hand.plan(*goal);
     if (!plan) return fail(plan.error().message);
-    std::vector<double> degrees;
-    for (const double joint_rad : plan->joints_rad) degrees.push_back(joint_rad / kDegree_rad);
-    return fmt::format("[is] plan {} {} {} [ok]", list(degrees), format_number(plan->position_error_m),
-                       format_number(plan->turn_error_rad / kDegree_rad));
+    return fmt::format(
+        "[is] plan {} {} {} {} [ok]", degrees(plan->joints_rad), format_number(plan->position_error_m),
+        format_number(plan->turn_error_rad / kDegree_rad), list(pose_numbers(plan->X_RootPalm)));
   }
   return fail(
-      "go X Y Z [QX QY QZ QW] [in SECONDS], plan X Y Z [QX QY QZ QW], get state and stop are understood");
+      "go X Y Z [QX QY QZ QW] [in SECONDS], go on (VX VY VZ) (WX WY WZ), plan X Y Z [QX QY QZ QW], get "
+      "state, "
+      "get link JOINT, get settings, set settings and stop are understood");
 }
 
 std::string gaze_reply(IGazeControl& gaze, const std::string& line) {
@@ -271,11 +423,29 @@ std::string gaze_reply(IGazeControl& gaze, const std::string& line) {
   if (is(0, "get") && is(1, "state") && words.size() == 2) {
     const Result<GazeState> state = gaze.state();
     if (!state) return fail(state.error().message);
-    return fmt::format("[is] state {} {} {} {} {} {} {} {} {} [ok]",
+    return fmt::format("[is] state {} {} {} {} {} {} {} {} {} {} {} {} {} [ok]",
                        format_number(static_cast<double>(state->stamp_ns) * 1e-9), state->moving ? 1 : 0,
-                       list({state->p_RootFixation_m.data(), 3}), format_number(state->error_px),
+                       list(state->p_RootFixation_m), format_number(state->error_px),
                        degrees(state->angles_rad), degrees(state->torso_rad), degrees(state->head_rad),
-                       list(pose_numbers(state->X_RootEyes[0])), list(pose_numbers(state->X_RootEyes[1])));
+                       list(pose_numbers(state->X_RootEyes[0])), list(pose_numbers(state->X_RootEyes[1])),
+                       format_number(state->progress), degrees(state->wanted_rad),
+                       degrees(state->velocities_rad_s), list(pose_numbers(state->X_RootHead)));
+  }
+  if (is(0, "get") && is(1, "body") && words.size() == 2) {
+    const Result<GazeBody> body = gaze.body();
+    if (!body) return fail(body.error().message);
+    return fmt::format("[is] body {} {} {} {} {} {} {} {} [ok]", body->width_px, body->height_px,
+                       format_number(body->focal_px), list(pose_numbers(body->X_RootAhead)),
+                       format_number(body->baseline_m), degrees(body->neck_lower_rad),
+                       degrees(body->neck_upper_rad), format_number(body->vergence_upper_rad / kDegree_rad));
+  }
+  if (is(0, "get") && is(1, "settings") && words.size() == 2) {
+    const Result<GazeSettings> settings = gaze.settings();
+    return settings ? "[is] settings " + settings_words(*settings) + " [ok]" : fail(settings.error().message);
+  }
+  if (is(0, "set") && is(1, "settings")) {
+    const Result<GazeSettings> settings = gaze_settings({words.begin() + 2, words.end()});
+    return settings ? outcome(gaze.set_settings(*settings)) : fail(settings.error().message);
   }
   if (is(0, "look") && is(1, "pixels")) {
     const std::vector<double> n = numbers_from(words, 2);
@@ -303,8 +473,7 @@ std::string gaze_reply(IGazeControl& gaze, const std::string& line) {
   }
   return fail(
       "look at X Y Z, look pixel left|right U V DISTANCE, look pixels UL VL UR VR, look angles abs|rel "
-      "AZIMUTH "
-      "ELEVATION VERGENCE, get state and stop are understood");
+      "AZIMUTH ELEVATION VERGENCE, get state, get body, get settings, set settings and stop are understood");
 }
 
 std::unique_ptr<ICartesianControl> asked_cartesian(AskLine ask) {

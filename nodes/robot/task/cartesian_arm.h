@@ -28,7 +28,11 @@ class CartesianArm final : public ICartesianControl, public ISteppable {
   [[nodiscard]] Result<CartesianState> state() const override;
   [[nodiscard]] Result<CartesianPlan> plan(const CartesianGoal& goal) const override;
   Status go_to(const CartesianGoal& goal) override;
+  Status go_on(const Eigen::Vector3d& v_m_s, const Eigen::Vector3d& w_rad_s) override;
   Status stop() override;
+  [[nodiscard]] Result<Eigen::Isometry3d> X_RootLink(int joint_from_root) const override;
+  [[nodiscard]] Result<CartesianSettings> settings() const override;
+  Status set_settings(const CartesianSettings& settings) override;
   Status step_to(std::int64_t now_ns) override;
 
  private:
@@ -40,24 +44,39 @@ class CartesianArm final : public ICartesianControl, public ISteppable {
     Eigen::VectorXd sent_rad;  // what was streamed last
     std::int64_t begin_ns = 0;
     double duration_s = 0;
+    double progress = 0;
+    std::optional<Eigen::Matrix<double, 6, 1>> speed{};  // of the tip, m/s and rad/s: there is no end then
   };
-  CartesianArm(SerialChain chain, IControlBoard& arm, IControlBoard& torso, bool with_torso,
-               const IClock& clock)
-      : chain_(std::move(chain)), arm_(arm), torso_(torso), with_torso_(with_torso), clock_(clock) {}
-  // Joints of the chain now, and when.
-  [[nodiscard]] Result<std::pair<Eigen::VectorXd, std::int64_t>> read() const;
+  // Joints of the chain.
+  struct Posture {
+    Eigen::VectorXd q_rad;
+    Eigen::VectorXd velocity_rad_s;
+    std::int64_t stamp_ns = 0;
+  };
+  CartesianArm(const SerialChain& chain, IControlBoard& arm, IControlBoard& torso, bool with_torso,
+               const IClock& clock);
+  [[nodiscard]] Result<Posture> read() const;
+  // What the settings leave free.
+  [[nodiscard]] ChainOptions options(const Eigen::VectorXd& from_rad) const;
   [[nodiscard]] ChainSolution solve(const CartesianGoal& goal, const Eigen::VectorXd& from_rad) const;
+  // Where a motion wants the joints at a time.
+  [[nodiscard]] Eigen::VectorXd on_its_way(Motion& motion, std::int64_t now_ns, double dt_s) const;
+  [[nodiscard]] bool torso_moves() const;
+  void end_motion();
   Status stream(const Eigen::VectorXd& q_rad);
   // Ends in mode position, which holds without being told again.
   Status settle(const Eigen::VectorXd& q_rad);
 
-  const SerialChain chain_;
+  const SerialChain palm_;  // the chain up to the palm
   IControlBoard& arm_;
   IControlBoard& torso_;
   const bool with_torso_;
   const IClock& clock_;
   mutable std::mutex mutex_;
+  SerialChain chain_;  // up to the tip
+  CartesianSettings settings_;
   std::optional<Motion> motion_;
+  double progress_ = 1;                // of the last one
   std::optional<CartesianGoal> goal_;  // the last one
   std::int64_t stepped_ns_ = 0;
 };

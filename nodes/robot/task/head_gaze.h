@@ -29,43 +29,51 @@ class HeadGaze final : public IGazeControl, public ISteppable {
   Status look_at_pixels(const Eigen::Vector2d& left_px, const Eigen::Vector2d& right_px) override;
   Status look_by_angles(bool relative, const Eigen::Vector3d& angles_rad) override;
   Status stop() override;
+  [[nodiscard]] Result<GazeBody> body() const override { return body_; }
+  [[nodiscard]] Result<GazeSettings> settings() const override;
+  Status set_settings(const GazeSettings& settings) override;
   Status step_to(std::int64_t now_ns) override;
 
  private:
-  struct Posture {
-    HeadAngles head_rad;
-    TorsoAngles torso_rad;
-    std::int64_t stamp_ns = 0;
-  };
   struct Motion {
     Eigen::Vector3d p_Root_m = Eigen::Vector3d::Zero();
     HeadAngles start_rad;
     HeadAngles end_rad;
     HeadAngles sent_rad;
     std::int64_t begin_ns = 0;
-    double duration_s = 0;
+    double neck_s = 0;
+    double eyes_s = 0;
     bool moving = true;
+    double progress = 0;
   };
-  HeadGaze(std::unique_ptr<RobotModel> model, const PinholeCamera& camera, GazeSolver solver,
-           IControlBoard& head, IControlBoard& torso, const IClock& clock)
+  HeadGaze(std::unique_ptr<RobotModel> model, int head_link, GazeSolver solver, IControlBoard& head,
+           IControlBoard& torso, const IClock& clock)
       : model_(std::move(model)),
-        camera_(camera),
+        head_link_(head_link),
         solver_(solver),
         head_(head),
         torso_(torso),
         clock_(clock) {}
-  [[nodiscard]] Result<Posture> read() const;
-  // Optical frames, left and right.
-  [[nodiscard]] std::array<Eigen::Isometry3d, 2> X_RootEyes(const TorsoAngles& torso_rad,
-                                                            const HeadAngles& head_rad) const;
+  // Joints, eyes and head as they are, without what belongs to a motion.
+  [[nodiscard]] Result<GazeState> read() const;
+  // Optical frames, left and right, and the head.
+  void place(GazeState& state) const;
+  // How far the settings let the head turn.
+  [[nodiscard]] HeadRange range() const;
+  // The eyes that see the point with the neck as it is.
+  [[nodiscard]] HeadAngles with_neck_held(const Eigen::Vector3d& p_Root_m, const TorsoAngles& torso_rad,
+                                          const HeadAngles& head_rad) const;
 
   const std::unique_ptr<RobotModel> model_;  // what the solver looks at
-  const PinholeCamera camera_;
+  const int head_link_;
   const GazeSolver solver_;
+  GazeBody body_;
   IControlBoard& head_;
   IControlBoard& torso_;
   const IClock& clock_;
   mutable std::mutex mutex_;
+  GazeSettings settings_;
+  double progress_ = 1;           // of the motion before
   std::optional<Motion> motion_;  // also while the point is only kept in sight
 };
 

@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "nido/interfaces/result.h"
@@ -15,7 +16,8 @@ namespace nido {
 
 // Where the hand shall go.
 struct CartesianGoal {
-  // Palm frame: x towards the fingers, y away from the thumb, z out of the palm (right hand).
+  // Palm frame: x towards the fingers, y away from the thumb, z out of the palm (right hand). With another
+  // tip (CartesianSettings) its frame.
   Eigen::Isometry3d X_RootPalm = Eigen::Isometry3d::Identity();
   bool with_orientation = true;  // false: the position alone counts
   double duration_s = 0;         // 0: as long as the joints need at half their top speed
@@ -23,17 +25,33 @@ struct CartesianGoal {
 
 // What it would take.
 struct CartesianPlan {
-  std::vector<double> joints_rad;  // in the order of the chain: torso (if it has one), arm
+  std::vector<double> joints_rad;  // in the order of the chain: torso (yaw, roll, pitch), arm
   double position_error_m = 0;     // what is left when they are there
   double turn_error_rad = 0;
+  Eigen::Isometry3d X_RootPalm = Eigen::Isometry3d::Identity();  // then
 };
 
 struct CartesianState {
   std::int64_t stamp_ns = 0;                                     // of the encoders
-  Eigen::Isometry3d X_RootPalm = Eigen::Isometry3d::Identity();  // by the encoders
+  Eigen::Isometry3d X_RootPalm = Eigen::Isometry3d::Identity();  // by the encoders; of the tip, if another
   bool moving = false;
   double position_error_m = 0;  // from the goal that was asked for last; 0 before the first
   double turn_error_rad = 0;
+  double progress = 1;  // 0..1: how much of the motion's time is over, or was when it was ended
+  std::vector<double> velocities_rad_s;               // of the chain's joints
+  Eigen::Vector3d v_m_s = Eigen::Vector3d::Zero();    // of the tip, by these
+  Eigen::Vector3d w_rad_s = Eigen::Vector3d::Zero();  // its turn
+};
+
+// What moves and how. All joints of the chain in its order: torso (yaw, roll, pitch), arm.
+struct CartesianSettings {
+  std::vector<bool> moves;        // false: stays where it is
+  std::vector<double> lower_rad;  // within the joints' own limits
+  std::vector<double> upper_rad;
+  // Where a goal leaves freedom a joint stays near where it is, or near this.
+  std::vector<std::optional<double>> rest_rad;
+  Eigen::Isometry3d X_PalmTip =
+      Eigen::Isometry3d::Identity();  // what is brought to goals, in the palm's frame
 };
 
 class ICartesianControl {
@@ -47,8 +65,17 @@ class ICartesianControl {
   // Replaces a motion under way. kFailed, with how near the best posture comes, when the goal is more than
   // 2 mm or 1 degree out of reach; nothing moves then.
   virtual Status go_to(const CartesianGoal& goal) = 0;
+  // The tip goes on at this speed: until another order, or until a joint's limit keeps it from following.
+  virtual Status go_on(const Eigen::Vector3d& v_m_s, const Eigen::Vector3d& w_rad_s) = 0;
   // The joints stay where they are.
   virtual Status stop() = 0;
+  // Where the body behind a joint is, counted from the root (torso pitch, roll, yaw, then the arm): the frame
+  // in which the next joint turns about z; behind the last joint the tip's.
+  [[nodiscard]] virtual Result<Eigen::Isometry3d> X_RootLink(int joint_from_root) const = 0;
+  [[nodiscard]] virtual Result<CartesianSettings> settings() const = 0;
+  // Holds from the next motion on; the tip stays while one is under way (kFailed). kInvalidArgument, and
+  // nothing is changed, for settings that do not fit the chain or leave its limits.
+  virtual Status set_settings(const CartesianSettings& settings) = 0;
 };
 
 struct GazeState {
@@ -64,6 +91,38 @@ struct GazeState {
   // Optical frames, left and right: z along the line of sight, x right and y down in the picture.
   std::array<Eigen::Isometry3d, 2> X_RootEyes = {Eigen::Isometry3d::Identity(),
                                                  Eigen::Isometry3d::Identity()};
+  double progress = 1;                                                           // 0..1, as of a hand
+  Eigen::Matrix<double, 6, 1> wanted_rad = Eigen::Matrix<double, 6, 1>::Zero();  // where the head's joints go
+  Eigen::Matrix<double, 6, 1> velocities_rad_s = Eigen::Matrix<double, 6, 1>::Zero();
+  // Between the eyes, fixed to the head: z forward, x right, y down.
+  Eigen::Isometry3d X_RootHead = Eigen::Isometry3d::Identity();
+};
+
+// What of the head never changes.
+struct GazeBody {
+  int width_px = 0;  // of the eyes' pictures
+  int height_px = 0;
+  double focal_px = 0;
+  // Of a robot that looks straight ahead, torso upright: the middle between the eyes, turned as they are.
+  Eigen::Isometry3d X_RootAhead = Eigen::Isometry3d::Identity();
+  double baseline_m = 0;  // from eye to eye
+  // How far the joints may turn: neck pitch, roll, yaw; the vergence.
+  Eigen::Vector3d neck_lower_rad = Eigen::Vector3d::Zero();
+  Eigen::Vector3d neck_upper_rad = Eigen::Vector3d::Zero();
+  double vergence_upper_rad = 0;
+};
+
+struct GazeSettings {
+  // How long a motion takes, or longer where a joint needs it. The eyes look there first, and turn back as
+  // the neck comes after.
+  double neck_s = 0.75;
+  double eyes_s = 0.25;
+  // Neck pitch, roll, yaw; within the joints' own limits.
+  Eigen::Vector3d neck_lower_rad = Eigen::Vector3d::Zero();
+  Eigen::Vector3d neck_upper_rad = Eigen::Vector3d::Zero();
+  // The eyes look straight ahead with this vergence, and the neck does the rest: points are seen in the
+  // middle between both eyes' pictures.
+  std::optional<double> vergence_rad{};
 };
 
 class IGazeControl {
@@ -83,6 +142,11 @@ class IGazeControl {
   virtual Status look_by_angles(bool relative, const Eigen::Vector3d& angles_rad) = 0;
   // Head and eyes stay where they are.
   virtual Status stop() = 0;
+  [[nodiscard]] virtual Result<GazeBody> body() const = 0;
+  [[nodiscard]] virtual Result<GazeSettings> settings() const = 0;
+  // Holds from the next motion on. kInvalidArgument, and nothing is changed, for what leaves the joints'
+  // limits.
+  virtual Status set_settings(const GazeSettings& settings) = 0;
 };
 
 }  // namespace nido

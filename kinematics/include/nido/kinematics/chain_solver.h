@@ -30,6 +30,12 @@ class SerialChain {
   // root frame. `jacobian` is (6, size()) already.
   Eigen::Isometry3d X_RootTip(const Eigen::VectorXd& q_rad,
                               Eigen::Matrix<double, 6, Eigen::Dynamic>& jacobian) const;
+  // The frame behind the joint that is the n-th from the root: in it the next joint turns about z. Behind the
+  // last one the tip's.
+  [[nodiscard]] Eigen::Isometry3d X_RootLink(const Eigen::VectorXd& q_rad,
+                                             Eigen::Index joint_from_root) const;
+  // The same joints with another tip, fixed to this one's.
+  [[nodiscard]] SerialChain with_tip(const Eigen::Isometry3d& X_TipNew) const;
 
  private:
   struct Step {
@@ -52,6 +58,9 @@ struct ChainGoal {
 struct ChainOptions {
   // A joint that may not move: its position is that of the start. (size()) or empty: all may.
   std::vector<bool> locked{};
+  // Limits that are narrower than the joints' own; empty: these.
+  std::optional<Eigen::VectorXd> lower_rad{};
+  std::optional<Eigen::VectorXd> upper_rad{};
   // Posture that is kept near as far as the goal leaves freedom; empty: the start.
   std::optional<Eigen::VectorXd> rest_rad{};
   double rest_weight = 0.02;  // cost of one rad from rest, against 1 mm or 0.01 rad off the goal

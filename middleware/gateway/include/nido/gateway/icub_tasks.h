@@ -3,6 +3,7 @@
 #include <functional>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -17,39 +18,62 @@ namespace nido::gateway {
 // "reason" for what nido's devices do not do: docs/yarp.md has the list. Facts about the words: the iCub
 // software's public sources. Not thread-safe.
 
+// Of a motion: what clients are told, in the words of events:o.
+class MotionEvents {
+ public:
+  // `words`: regi|unre|list ongoing [SHARE], from `at` on; nothing when it is none of these.
+  std::optional<yarp::Bottle> reply(const yarp::Bottle& words, std::size_t at);
+  // What is to be told now.
+  [[nodiscard]] std::vector<yarp::Bottle> follow(bool moving, double progress, std::int64_t stamp_ns);
+
+ private:
+  std::set<double> shares_;  // of a motion, that are told when they are over
+  bool was_moving_ = false;
+  double was_at_ = 1;
+};
+
 // A hand.
 class CartesianWords {
  public:
-  // Limits of a joint of the chain, degrees: torso, then arm.
-  using Limits = std::function<Result<std::pair<double, double>>(int axis)>;
-  CartesianWords(ICartesianControl& hand, std::string part, Limits limits)
-      : hand_(hand), part_(std::move(part)), limits_(std::move(limits)) {}
+  CartesianWords(ICartesianControl& hand, const std::string& part)
+      : hand_(hand), type_(part.substr(0, part.find('_'))) {}
 
   // What came to PART/rpc:i, or to PART/command:i, where nobody hears the answer.
   yarp::Bottle reply(const yarp::Bottle& command);
   // What PART/state:o says: x y z, axis, angle.
   [[nodiscard]] static yarp::Bottle pose_vector(const CartesianState& state);
+  [[nodiscard]] MotionEvents& events() { return events_; }
 
  private:
-  struct Settings {
+  // What the device knows nothing of.
+  struct Kept {
     bool tracking = false;
     bool position_first = true;
     double time_s = 2.0;
     double tolerance_m = 0.001;
+    std::vector<double> rest_deg = std::vector<double>(10);  // in the order of the chain
+    std::vector<double> rest_weights = std::vector<double>(10);
+  };
+  struct Context {
+    Kept kept;
+    CartesianSettings settings;
   };
   yarp::Bottle get(const yarp::Bottle& command);
   yarp::Bottle set(const yarp::Bottle& command);
   yarp::Bottle go(const yarp::Bottle& command);
   yarp::Bottle ask(const yarp::Bottle& command);
   yarp::Bottle desired(const CartesianGoal& goal);
+  // The device's settings, those of `kept` among them.
+  Status apply(CartesianSettings settings, const Kept& kept);
+  Result<int> store();
 
   ICartesianControl& hand_;
-  const std::string part_;
-  const Limits limits_;
-  Settings settings_;
-  std::map<int, Settings> contexts_ = {{0, {}}};
-  int last_context_ = 0;
+  const std::string type_;  // "left", "right"
+  Kept kept_;
+  std::map<int, Context> contexts_;
+  int next_context_ = 0;               // 0 is what held before the first order
   std::optional<CartesianGoal> goal_;  // the last one
+  MotionEvents events_;
 };
 
 // The gaze.
@@ -59,28 +83,43 @@ class GazeWords {
 
   // What came to the port rpc.
   yarp::Bottle reply(const yarp::Bottle& command);
-  // What came to xd:i, mono:i, stereo:i, angles:i.
-  Status point(const yarp::Bottle& command);
-  Status mono(const yarp::Bottle& command);
-  Status stereo(const yarp::Bottle& command);
-  Status angles(const yarp::Bottle& command);
+  // What came to xd:i ("3D"), mono:i ("mono"), stereo:i ("ster") and angles:i ("ang").
+  Status look(const std::string& kind, const yarp::Bottle& place);
   // Without tracking the point is let go when it is reached. Call it with each new state.
   Status follow(const GazeState& state);
   [[nodiscard]] bool has_target() const { return has_target_; }
+  [[nodiscard]] MotionEvents& events() { return events_; }
   // What x:o, angles:o and q:o say.
   [[nodiscard]] static yarp::Bottle fixation_vector(const GazeState& state);
   [[nodiscard]] static yarp::Bottle angles_vector(const GazeState& state);
   [[nodiscard]] static yarp::Bottle joints_vector(const GazeState& state);
 
  private:
+  // What the device knows nothing of.
+  struct Kept {
+    bool tracking = false;
+    std::map<std::string, double> numbers;  // by their word, that mean nothing to this robot
+  };
+  struct Context {
+    Kept kept;
+    GazeSettings settings;
+  };
   yarp::Bottle get(const yarp::Bottle& command);
-  Status begun(Status status);
+  yarp::Bottle set(const yarp::Bottle& command);
+  // bind, clear
+  yarp::Bottle bind(const yarp::Bottle& command);
+  yarp::Bottle place_reply(const yarp::Bottle& command);
+  Result<Eigen::Vector3d> place_of(const std::string& kind, const yarp::Bottle& place);
+  Result<GazeBody> body();
+  Result<int> store();
 
   IGazeControl& gaze_;
-  bool tracking_ = false;
-  std::map<int, bool> contexts_ = {{0, false}};
-  int last_context_ = 0;
+  std::optional<GazeBody> body_;
+  Kept kept_;
+  std::map<int, Context> contexts_;
+  int next_context_ = 0;
   bool has_target_ = false;
+  MotionEvents events_;
 };
 
 }  // namespace nido::gateway
