@@ -42,21 +42,26 @@ std::vector<Region> read_regions(YamlReader& map, const char* key) {
   return regions;
 }
 
-// radius of the circle on the table that holds the object at any yaw
-double radius_of(const ObjectDescription& object) {
-  const Eigen::AlignedBox3d box = bounds(object);
-  return std::hypot(std::max(std::abs(box.min().x()), std::abs(box.max().x())),
-                    std::max(std::abs(box.min().y()), std::abs(box.max().y())));
-}
+// What an object needs of the table, drawn up once: many places are tried.
+struct Outline {
+  explicit Outline(const ObjectDescription& object, bool basket) : is_basket(basket) {
+    const Eigen::AlignedBox3d box = bounds(object);
+    radius_m = std::hypot(std::max(std::abs(box.min().x()), std::abs(box.max().x())),
+                          std::max(std::abs(box.min().y()), std::abs(box.max().y())));
+    half_m = (box.sizes() / 2).head<2>();
+  }
+  bool is_basket;
+  double radius_m;         // of the circle that holds it at any yaw
+  Eigen::Vector2d half_m;  // of its rectangle when it is not turned
+};
 
 // free space between two things: circles, but for a basket, which is not turned and so is its rectangle
-double space_between(const ObjectDescription& a, const Eigen::Vector2d& p_a, const ObjectDescription& b,
-                     const Eigen::Vector2d& p_b, const std::string& basket) {
-  if (b.name == basket) return space_between(b, p_b, a, p_a, a.name == basket ? std::string() : basket);
-  if (a.name != basket || basket.empty()) return (p_a - p_b).norm() - radius_of(a) - radius_of(b);
-  const Eigen::Vector3d half = bounds(a).sizes() / 2;
-  const Eigen::Vector2d beyond = ((p_b - p_a).cwiseAbs() - half.head<2>()).cwiseMax(0);
-  return beyond.norm() - radius_of(b);
+double space_between(const Outline& a, const Eigen::Vector2d& p_a, const Outline& b,
+                     const Eigen::Vector2d& p_b) {
+  if (a.is_basket == b.is_basket) return (p_a - p_b).norm() - a.radius_m - b.radius_m;
+  if (b.is_basket) return space_between(b, p_b, a, p_a);
+  const Eigen::Vector2d beyond = ((p_b - p_a).cwiseAbs() - a.half_m).cwiseMax(0);
+  return beyond.norm() - b.radius_m;
 }
 
 }  // namespace
@@ -99,6 +104,7 @@ Status place_at_random(YamlReader map, const SimulationOptions& options, double 
   }
 
   std::vector<ObjectDescription> types;
+  std::vector<Outline> outlines;
   for (const auto& [name, regions] : wanted) {
     auto object = named(name);
     if (!object) {
@@ -106,6 +112,7 @@ Status place_at_random(YamlReader map, const SimulationOptions& options, double 
       return Error{object.error().code, map.trouble()};
     }
     types.push_back(std::move(*object));
+    outlines.emplace_back(types.back(), !basket.empty() && types.back().name == basket);
   }
 
   constexpr int kTables = 400;
@@ -122,7 +129,7 @@ Status place_at_random(YamlReader map, const SimulationOptions& options, double 
         bool free = true;
         for (std::size_t k = 0; k < places.size(); ++k) {
           const bool beside_target = types[i].name == target || types[k].name == target;
-          free = free && space_between(types[i], p, types[k], places[k], basket) >=
+          free = free && space_between(outlines[i], p, outlines[k], places[k]) >=
                              (beside_target ? target_gap_m : gap_m);
         }
         if (!free) continue;
