@@ -136,6 +136,16 @@ TEST_F(JudgeCoreTest, ABareNameIsJudgedByWhatWasTaughtAboutIt) {
   EXPECT_FALSE(sut_->outcome()->success) << "it is not in the basket";
 }
 
+TEST_F(JudgeCoreTest, LessonsOfAnEarlierDayCountAsWell) {
+  make({.expected = "lemon", .lessons = {"drop lemon into basket"}});
+  hear("lemon");
+  tell("idle", "done", "I look at the lemon");
+  wait(5.0);
+  ASSERT_TRUE(sut_->outcome());
+  EXPECT_EQ(sut_->outcome()->goal, "drop");
+  EXPECT_FALSE(sut_->outcome()->success);
+}
+
 TEST_F(JudgeCoreTest, WhatTheRobotBelievesDoesNotCount) {
   whole_drop();
   wait(5.0);

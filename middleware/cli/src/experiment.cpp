@@ -26,13 +26,14 @@ const std::vector<Experiment>& known_experiments() {
       {"reach-learning", "trains the reaching network on motor babbling (Figures 6 to 8)"},
       {"self-calibration", "finds out how the body is built by looking at the moving hand"},
       {"reach-accuracy", "distance of the hand from objects that the cameras see (Figure 10)"},
+      {"reach-correction", "a person leads the hand to where it should have reached; it learns that"},
       {"grasp-learning", "learns to close the hand by reward and penalty (Figures 13 and 14)"},
       {"grasp-success", "grasps of trained and unseen shapes (Figure 15)"},
       {"goal-learning", "trains the network that chooses what to do (Figure 18)"},
       {"speech", "understands the phrases by voice and noise (Table IV)"},
       {"speech-and-action", "does what it is told on random tables (Figure 19)"},
       {"attention", "keeps its eyes on what moves (Section VI)"},
-      {"teaching", "learns things that are shown and named, and finds them again"},
+      {"teaching", "learns things that are shown and named, and what to do with them"},
       {"all", "all of them, one after the other, in one report"},
   };
   return list;

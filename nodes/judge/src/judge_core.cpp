@@ -49,6 +49,9 @@ Result<JudgeCore> JudgeCore::create(const PhraseBook& book, const JudgeSettings&
 
 JudgeCore::JudgeCore(const PhraseBook& book, const JudgeSettings& settings)
     : book_(book), settings_(settings) {
+  for (const std::string& text : settings.lessons) {
+    if (const auto lesson = book_.order_in(text)) learn(*lesson);
+  }
   std::size_t phrases = 0;
   for (const auto& order : split_orders(settings.expected)) {
     // said to the hand or to the eyes, no order
@@ -61,11 +64,13 @@ JudgeCore::JudgeCore(const PhraseBook& book, const JudgeSettings& settings)
 
 const std::string& JudgeCore::object_name() const { return book_.object_of(book_.phrases[*phrase_]).name; }
 
+void JudgeCore::learn(const Order& lesson) {
+  book_.phrases[book_.take_order({lesson.name, Verb::kLook, lesson.name})].verb = lesson.verb;
+}
+
 void JudgeCore::heard(const HeardSeen& heard) {
   if (heard.text.starts_with(kCorrection)) return;
-  if (const auto lesson = lesson_listener_.hear(heard.text, book_)) {
-    book_.phrases[book_.take_order({lesson->name, Verb::kLook, lesson->name})].verb = lesson->verb;
-  }
+  if (const auto lesson = lesson_listener_.hear(heard.text, book_)) learn(*lesson);
   if (heard.text.starts_with(kNaming)) {
     book_.names.push_back(heard.text.substr(std::string_view(kNaming).size()));
     return;

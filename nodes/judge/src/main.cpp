@@ -62,6 +62,9 @@ Result<Parameters> read_parameters(Node& node) {
     *text.value = *read;
   }
   if (p.judge.expected.empty() && audio_source == "synthesis") p.judge.expected = audio_text;
+  const auto lessons = node.parameter<std::vector<std::string>>("lessons", {});
+  if (!lessons) return lessons.error();
+  p.judge.lessons = *lessons;
   for (const auto& [key, value] : {std::pair{"table_z_m", &p.judge.table_z_m},
                                    {"limit_s", &p.judge.limit_s},
                                    {"settle_s", &p.judge.settle_s},

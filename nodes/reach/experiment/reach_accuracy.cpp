@@ -3,17 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <filesystem>
 #include <fstream>
-#include <mutex>
+#include <map>
 #include <nlohmann/json.hpp>
-#include <optional>
 
-#include "nido/experiment/domain.h"
 #include "nido/experiment/kept.h"
 #include "nido/report/experiment_cli.h"
-#include "nido/report/progress.h"
 #include "nido/report/report.h"
 #include "nido/report/statistics.h"
 
@@ -71,7 +67,10 @@ Result<nlohmann::json> trials_of(const Request& request, const Block& block, con
   return json;
 }
 
-Report make_report(const Request& request, const std::vector<std::optional<nlohmann::json>>& done) {
+// What came of the blocks, by their numbers.
+using Results = std::map<int, nlohmann::json>;
+
+Report make_report(const Request& request, const Results& done) {
   Report report;
   report.name = "reach-accuracy";
   report.title = fmt::format("How near the {} hand comes", request.hand);
@@ -91,10 +90,10 @@ Report make_report(const Request& request, const std::vector<std::optional<nlohm
   const std::vector<Block> all = blocks(request);
   for (const Controller& controller : kControllers) {
     nlohmann::json trials = nlohmann::json::array();
-    for (std::size_t i = 0; i < all.size(); ++i) {
-      if (!done[i] || std::string_view(all[i].controller.name) != controller.name) continue;
-      report.sim_s += done[i]->value("sim_s", 0.0);
-      for (const auto& trial : (*done[i])["trials"]) trials.push_back(trial);
+    for (const auto& [block, result] : done) {
+      if (std::string_view(all[static_cast<std::size_t>(block)].controller.name) != controller.name) continue;
+      report.sim_s += result.value("sim_s", 0.0);
+      for (const auto& trial : result["trials"]) trials.push_back(trial);
     }
     std::vector<double> errors;
     std::vector<double> seen_errors;
@@ -141,32 +140,17 @@ Report make_report(const Request& request, const std::vector<std::optional<nlohm
 }
 
 Status run(const Request& request) {
-  const auto started = std::chrono::steady_clock::now();
   const std::vector<Block> all = blocks(request);
-  const auto domains =
-      take_domains(request.domain, std::min<int>(request.jobs, static_cast<int>(all.size())));
-  if (!domains) return domains.error();
-  std::mutex mutex;
-  std::vector<std::optional<nlohmann::json>> done(all.size());
-  const auto report_now = [&] {
-    Report report = make_report(request, done);
-    report.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
-    return report;
-  };
-  const InterruptFlag interrupt;
-  ProgressBar progress("balls", 2L * request.trials);
-  long balls = 0;
-  const Status failure = side_by_side(static_cast<int>(all.size()), *domains, interrupt,
-                                      [&](int piece, const Lane& lane) -> Status {
-                                        const Block& block = all[static_cast<std::size_t>(piece)];
-                                        auto trials = trials_of(request, block, lane);
-                                        if (!trials) return trials.error();
-                                        const std::scoped_lock lock(mutex);
-                                        done[static_cast<std::size_t>(piece)] = std::move(*trials);
-                                        progress.update(balls += block.balls, block.controller.title);
-                                        return report_now().save(request.out);
-                                      });
-  return end_of_run(report_now(), request.out, balls == 0, interrupt.raised(), failure);
+  Pieces pieces{.what = "balls", .out = request.out, .jobs = request.jobs, .domain = request.domain};
+  pieces.count = static_cast<int>(all.size());
+  pieces.total = 2L * request.trials;
+  pieces.progress = [](const Report& report) { return static_cast<long>(report.trials_detail.size()); };
+  return run_pieces<nlohmann::json>(
+      pieces,
+      [&](int piece, const Lane& lane) {
+        return trials_of(request, all[static_cast<std::size_t>(piece)], lane);
+      },
+      [&](const Results& done) { return make_report(request, done); });
 }
 
 }  // namespace

@@ -3,7 +3,6 @@
 // alone asks the world port.
 #include <fmt/format.h>
 
-#include <cstdlib>
 #include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -16,81 +15,20 @@
 #include "nido/middleware/typed_port.h"
 #include "nido/msgs/types.h"
 #include "nido/reach/settings.h"
+#include "trial_world.h"
 
 namespace {
 
 using namespace nido;         // NOLINT(google-build-using-namespace): a program's own file
 using namespace nido::reach;  // NOLINT(google-build-using-namespace)
 
-constexpr const char* kWorldPort = "/icubSim/world";
 constexpr const char* kBall = "red ball";
-constexpr double kBallRadius_m = 0.03;
-// The world port's frame, the old simulator's: x left, y up, z forward; this is the root in it.
-constexpr double kRootHeight_m = 0.5976;
-constexpr double kRootForward_m = -0.026;
 constexpr int kViewsOfBall = 5;
 constexpr double kLookFirst_s = 0.4;  // the eyes come to rest on the ball, with the hand out of the way
 constexpr double kSeeLimit_s = 8.0;
 constexpr double kActLimit_s = 30.0;
 
 nlohmann::json json_of(const Eigen::Vector3d& p) { return {p.x(), p.y(), p.z()}; }
-
-// The world as it really is.
-class World {
- public:
-  explicit World(Node& node) : node_(node) {}
-
-  Status put_ball(const Eigen::Vector3d& p_Root_m) {
-    const std::string place =
-        fmt::format("{} {} {}", -p_Root_m.y(), p_Root_m.z() + kRootHeight_m, -p_Root_m.x() + kRootForward_m);
-    const std::string line = made_
-                                 ? "world set ssph 1 " + place
-                                 : fmt::format("world mk ssph {} {} 0.85 0.05 0.05 0", kBallRadius_m, place);
-    auto answer = node_.call(kWorldPort, line, 10.0);
-    if (!answer) return answer.error();
-    if (answer->find("fail") != std::string::npos) {
-      return Error{ErrorCode::kFailed, fmt::format("the world answered '{}' to '{}'", *answer, line)};
-    }
-    made_ = true;
-    const auto pose = numbers("world where \"ssph 1\"", 10);
-    if (!pose) return pose.error();
-    const Eigen::Vector3d there((*pose)[0], (*pose)[1], (*pose)[2]);
-    if ((there - p_Root_m).norm() > 1e-3) {
-      return Error{ErrorCode::kFailed, fmt::format("the ball is {:.1f} mm from where it was put",
-                                                   1000.0 * (there - p_Root_m).norm())};
-    }
-    return {};
-  }
-  Result<Eigen::Vector3d> mark_Root_m(const std::string& side, const Eigen::Vector3d& p_PalmMark_m) {
-    const auto pose = numbers("world palm " + side, 7);
-    if (!pose) return pose.error();
-    const std::vector<double>& values = *pose;
-    const Eigen::Quaterniond turn(values[6], values[3], values[4], values[5]);
-    return Eigen::Vector3d(Eigen::Vector3d(values[0], values[1], values[2]) +
-                           turn.normalized() * p_PalmMark_m);
-  }
-
- private:
-  Result<std::vector<double>> numbers(const std::string& line, std::size_t count) {
-    auto answer = node_.call(kWorldPort, line, 10.0);
-    if (!answer) return answer.error();
-    std::vector<double> values;
-    for (const char* at = answer->c_str();;) {
-      char* end = nullptr;
-      const double value = std::strtod(at, &end);
-      if (end == at) break;
-      values.push_back(value);
-      at = end;
-    }
-    if (values.size() != count) {
-      return Error{ErrorCode::kFailed, fmt::format("the world answered '{}' to '{}'", *answer, line)};
-    }
-    return values;
-  }
-
-  Node& node_;
-  bool made_ = false;
-};
 
 struct Settings {
   int trials = 62;
@@ -137,7 +75,7 @@ class Trials {
         ball_Root_m_ = {-0.22 - 0.14 * share(random_), 0.0 + 0.22 * share(random_),
                         -0.04 + 0.16 * share(random_)};
         if (settings_.side == "left") ball_Root_m_.y() *= -1.0;
-        if (auto put = world_.put_ball(ball_Root_m_); !put) return put;
+        if (auto put = world_.put(TrialWorld::kBall, ball_Root_m_); !put) return put;
         enter(Phase::kHome, t);
         return {};
       }
@@ -254,7 +192,7 @@ class Trials {
 
   Node& node_;
   Settings settings_;
-  World world_;
+  TrialWorld world_;
   std::mt19937_64 random_;
   std::unique_ptr<Input<msgs::Percepts>> objects_;
   std::unique_ptr<Input<msgs::ActionStatus>> status_;

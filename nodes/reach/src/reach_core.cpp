@@ -362,7 +362,10 @@ Status ReachCore::plan_yield() {
 }
 
 bool ReachCore::yield(Yield& yield, double now_s) {
-  command_ = measured_;  // gives way
+  // gives way to what pushes it this far from its targets; following it all the way, the arm would drift on
+  command_ = command_->array()
+                 .max(measured_->array() - options_.give_way_rad)
+                 .min(measured_->array() + options_.give_way_rad);
   if (!yield.start) yield.start = measured_;
   if ((*measured_ - yield.resting).cwiseAbs().maxCoeff() > kStill_rad) {
     yield.resting = *measured_;

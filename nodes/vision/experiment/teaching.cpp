@@ -8,6 +8,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "doing.h"
 #include "nido/experiment/kept.h"
 #include "nido/report/experiment_cli.h"
 #include "nido/report/report.h"
@@ -17,10 +18,12 @@ namespace {
 
 struct Request : ExperimentRequest {
   int block = 5;
+  int doing = 6;
   int domain = kFreeDomain;
 };
 
-// What came of each block of lessons, by its number.
+// What came of each block of lessons, by its number; those about what to do come after those about names, one
+// by one.
 using Rows = std::map<int, std::vector<nlohmann::json>>;
 
 Result<std::vector<nlohmann::json>> teach(const Request& request, int block, int count, const Lane& lane) {
@@ -41,6 +44,15 @@ Result<std::vector<nlohmann::json>> teach(const Request& request, int block, int
   return rows.get<std::vector<nlohmann::json>>();
 }
 
+Row deed_row(const nlohmann::json& deed) {
+  Row row;
+  for (const char* key : {"thing", "name", "order"}) row.emplace_back(key, deed[key].get<std::string>());
+  for (const char* key : {"presentations", "said"}) row.emplace_back(key, deed[key].get<double>());
+  for (const char* key : {"learned", "done_right"}) row.emplace_back(key, deed[key].get<bool>());
+  row.emplace_back("sentence", deed["sentence"].get<std::string>());
+  return row;
+}
+
 Report make_report(const Request& request, const Rows& blocks) {
   Report report;
   report.name = "teaching";
@@ -49,9 +61,13 @@ Report make_report(const Request& request, const Rows& blocks) {
       "A person puts a thing that the robot does not know before its eyes and says \"this is a banana\". The "
       "robot hears the name, learns colour, shape and size from six pairs of pictures, and afterwards has to "
       "find and name the thing among five others, which it knew before or was taught before. At most three "
-      "presentations. Every block of lessons begins with a robot that knows nothing of them.";
-  report.command =
-      fmt::format("nido experiment run teaching --seed {} --trials {}", request.seed, request.trials);
+      "presentations. Every block of lessons begins with a robot that knows nothing of them. Then other "
+      "things "
+      "are shown, named, and the person says what to do with them; a robot that is switched on anew hears "
+      "the "
+      "bare name, and has to do it with the thing in another place.";
+  report.command = fmt::format("nido experiment run teaching --seed {} --trials {} --doing {}", request.seed,
+                               request.trials, request.doing);
   report.seed = request.seed;
   report.robot = "icub_sim";
   report.world = "teaching";
@@ -59,10 +75,20 @@ Report make_report(const Request& request, const Rows& blocks) {
   int named = 0;
   int others = 0;
   int wrong = 0;
+  int deeds = 0;
+  int done = 0;
+  std::vector<double> deed_presentations;
   std::vector<double> presentations;
   std::vector<double> errors_m;
   for (const auto& [block, rows] : blocks) {
     for (const auto& row : rows) {
+      if (row.contains("order")) {
+        ++deeds;
+        done += row["done_right"].get<bool>() ? 1 : 0;
+        deed_presentations.push_back(row["presentations"].get<double>());
+        report.trials_detail.push_back(deed_row(row));
+        continue;
+      }
       const bool right = row["named_right"].get<bool>();
       ++trials;
       named += right ? 1 : 0;
@@ -80,6 +106,11 @@ Report make_report(const Request& request, const Rows& blocks) {
     }
   }
   report.trials = trials;
+  if (deeds > 0) {
+    report.add("done_right", proportion_metric(done, deeds));
+    report.add("done_right.presentations", mean_metric(deed_presentations, ""));
+  }
+  if (trials == 0) return report;
   report.add("named_right", proportion_metric(named, trials));
   report.add("presentations", mean_metric(presentations, ""));
   if (!errors_m.empty()) report.add("position_error_m", median_metric(errors_m, "m"));
@@ -90,11 +121,21 @@ Report make_report(const Request& request, const Rows& blocks) {
 
 Status run(const Request& request) {
   Pieces pieces{.what = "teaching", .out = request.out, .jobs = request.jobs, .domain = request.domain};
-  pieces.count = (request.trials + request.block - 1) / request.block;
-  pieces.total = request.trials;
+  const int blocks = (request.trials + request.block - 1) / request.block;
+  pieces.count = blocks + request.doing;
+  pieces.total = request.trials + request.doing;
+  pieces.progress = [](const Report& report) { return static_cast<long>(report.trials_detail.size()); };
   return run_pieces<std::vector<nlohmann::json>>(
       pieces,
-      [&](int block, const Lane& lane) {
+      [&](int block, const Lane& lane) -> Result<std::vector<nlohmann::json>> {
+        if (block >= blocks) {
+          const int number = block - blocks;
+          auto deed = teach_deed(
+              draw_deed(request.seed, number), request.seed,
+              (std::filesystem::path(request.out) / fmt::format("doing-{:02d}", number)).string(), lane);
+          if (!deed) return deed.error();
+          return std::vector<nlohmann::json>{std::move(*deed)};
+        }
         return teach(request, block, std::min(request.block, request.trials - block * request.block), lane);
       },
       [&](const Rows& rows) { return make_report(request, rows); });
@@ -113,6 +154,9 @@ int main(int argc, char** argv) {
   nido::add_experiment_options(app, request);
   app.add_option("--block", request.block, "things that one robot is taught, at most 6")
       ->check(CLI::Range(1, 6))
+      ->capture_default_str();
+  app.add_option("--doing", request.doing, "things about which it is taught what to do")
+      ->check(CLI::Range(0, 1000))
       ->capture_default_str();
   nido::add_domain_option(app, request.domain);
   if (const auto code = nido::parse_experiment(app, argc, argv)) return *code;

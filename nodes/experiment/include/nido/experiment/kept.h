@@ -54,9 +54,11 @@ struct Pieces {
   std::string what;  // for the progress bar
   std::string out;   // folder of the report
   int count = 1;
-  int jobs = 1;                 // at once
-  int domain = kFreeDomain;     // of the first job
-  long total = 1;               // what Report::trials will be in the end
+  int jobs = 1;              // at once
+  int domain = kFreeDomain;  // of the first job
+  long total = 1;            // what `progress` will be in the end
+  // How much is done, for the progress bar; by default Report::trials.
+  std::function<long(const Report&)> progress = {};
   bool forget_earlier = false;  // does again what an earlier, interrupted experiment did in this folder
 };
 
@@ -88,7 +90,7 @@ Status run_pieces(const Pieces& pieces,
         const std::scoped_lock lock(mutex);
         results.emplace(piece, std::move(*result));
         const Report report = report_now();
-        progress.update(report.trials, note ? note(report) : "");
+        progress.update(pieces.progress ? pieces.progress(report) : report.trials, note ? note(report) : "");
         return report.save(pieces.out);
       });
   return end_of_run(report_now(), pieces.out, results.empty(), interrupt.raised(), failure);

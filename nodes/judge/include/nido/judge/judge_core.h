@@ -16,6 +16,8 @@ namespace nido {
 
 struct JudgeSettings {
   std::string expected;  // what is said, as in split_orders(); empty: whatever was heard counts, one phrase
+  // What bare names ask for: orders that end a lesson ("drop plum into basket"), given before this run.
+  std::vector<std::string> lessons = {};
   std::string basket = "basket";  // name of the basket in the world
   double table_z_m = -0.0826;     // upper surface of the table, root frame
   double limit_s = 300.0;         // simulated time until the job must be over
@@ -71,6 +73,7 @@ class JudgeCore {
  private:
   JudgeCore(const PhraseBook& book, const JudgeSettings& settings);
   void next_order();
+  void learn(const Order& lesson);
   void judge_stop(double now_s, GroundTruth& truth);
   void check_earlier(GroundTruth& truth);
   void watch_hold(double now_s, GroundTruth& truth);
