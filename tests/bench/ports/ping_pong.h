@@ -41,6 +41,8 @@ PingPongKind cyclone_dds();
 PingPongKind zeromq_tcp();
 PingPongKind ros_1();
 PingPongKind ignition_transport();
+// Ports of YARP, by each of its carriers between processes of one machine.
+std::vector<PingPongKind> yarp_carriers();
 PingPongKind unix_socket();
 
 // Measures these against each other, in turns; both processes' `main`. Ratios are printed of the first kind
