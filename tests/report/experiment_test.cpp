@@ -76,6 +76,19 @@ TEST(Pieces, OneThatWasDoneIsNotStartedAgain) {
   EXPECT_FALSE(run_app_once(run, {44, interrupt}));
 }
 
+TEST(Pieces, OneWithoutAnAppIsMarkedByWhatWasAskedFor) {
+  const Folder folder;
+  const std::string piece = (folder.path() / "pieces" / "0001").string();
+  EXPECT_FALSE(was_done(piece, "seed 4"));
+  EXPECT_FALSE(mark_done(piece, "seed 4"));  // no folder, so no results
+  fs::create_directories(piece);
+  ASSERT_TRUE(mark_done(piece, "seed 4"));
+  EXPECT_TRUE(was_done(piece, "seed 4"));
+  EXPECT_FALSE(was_done(piece, "seed 5"));
+  forget_runs(folder.path().string());
+  EXPECT_FALSE(was_done(piece, "seed 4"));
+}
+
 // A user who asks a long experiment to end does not wait for its piece.
 TEST(Pieces, AnInterruptionEndsTheAppThatRuns) {
   const Folder folder;

@@ -125,7 +125,8 @@ TEST_F(SpeechCoreTest, HearsMostPhrasesOfOtherVoicesAndSpeeds) {
 TEST_F(SpeechCoreTest, RejectsOtherSpeechAndSaysWhy) {
   for (const char* sentence :
        {"hello robot how are you", "one two three four five", "put the cube on the table", "yellow cube",
-        "drop yellow cube into basket", "reach blue plate", "drop blue cube", "blue"}) {
+        "trap blue cube into basket", "grasp teddy boy", "drop yellow cube into basket", "reach blue plate",
+        "drop blue cube", "blue"}) {
     const auto heard = say(sentence);
     ASSERT_FALSE(heard.empty()) << sentence;
     for (const auto& utterance : heard) {
@@ -252,6 +253,28 @@ TEST_F(SpeechCoreTest, NewPhrasesAreHeardAtOnce) {
   heard = say("stop");
   ASSERT_EQ(heard.size(), 1U);
   EXPECT_EQ(heard[0].text, "stop") << heard[0].reason;
+}
+
+// Nothing was learned about such a word; the network knows its sounds.
+TEST_F(SpeechCoreTest, InventedNamesAreHeardAndWordsThatSoundLikeThemAreNot) {
+  PhraseBook book = book_;
+  const auto sounds = sut_->pronunciations({"this", "is", "a"});
+  ASSERT_TRUE(sounds.ok()) << sounds.error().message;
+  book.pronunciations.insert(sounds->begin(), sounds->end());
+  book.pronunciations["blicket"] = {"B L IH K AH T", "B L IH K IH T"};
+  book.pronunciations["dax"] = {"D AE K S"};
+  ASSERT_TRUE(book.add_name("blicket"));
+  ASSERT_TRUE(book.add_name("dax"));
+  ASSERT_TRUE(sut_->set_book(book).ok());
+  for (const char* text : {"this is a blicket", "blicket", "grasp blicket", "drop blicket into basket",
+                           "this is a dax", "reach dax", "grasp red ball"}) {
+    const auto heard = say(text);
+    ASSERT_EQ(heard.size(), 1U) << text;
+    EXPECT_EQ(heard[0].text, text) << heard[0].reason;
+  }
+  for (const char* text : {"grasp cricket", "this is a packet", "reach box", "drop blanket into basket"}) {
+    for (const auto& heard : say(text)) EXPECT_FALSE(heard.accepted) << text << " as " << heard.text;
+  }
 }
 
 TEST_F(SpeechCoreTest, UnknownWordsAreNamed) {

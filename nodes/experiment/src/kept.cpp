@@ -17,16 +17,25 @@ namespace {
 constexpr const char* kMark = "run.done";  // what was asked for, beside its results
 }
 
+bool was_done(const std::string& folder, const std::string& asked) {
+  std::ifstream mark(fs::path(folder) / kMark);
+  return std::string(std::istreambuf_iterator<char>(mark), {}) == asked;
+}
+
+Status mark_done(const std::string& folder, const std::string& asked) {
+  const fs::path file = fs::path(folder) / kMark;
+  std::ofstream mark(file);
+  mark << asked;
+  return mark.flush() ? Status{} : Status{Error{ErrorCode::kFailed, "cannot write " + file.string()}};
+}
+
 Status run_app_once(const AppRun& run, const Lane& lane) {
   const fs::path folder = fs::absolute(run.folder);
   std::error_code failure;
   fs::create_directories(folder, failure);
   if (failure) return Error{ErrorCode::kFailed, folder.string() + ": " + failure.message()};
   const std::string asked = fmt::format("{}\n{}\n", run.app, fmt::join(run.arguments, "\n"));
-  {
-    std::ifstream mark(folder / kMark);
-    if (std::string(std::istreambuf_iterator<char>(mark), {}) == asked) return {};
-  }
+  if (was_done(folder.string(), asked)) return {};
   std::error_code absent;
   fs::remove(folder / kMark, absent);
   fs::remove_all(folder / "run", absent);  // of another run: its results would be taken for these
@@ -41,9 +50,7 @@ Status run_app_once(const AppRun& run, const Lane& lane) {
                         fs::exists(folder / "run" / run.result, absent);
     if (!counts) return ran;
   }
-  std::ofstream mark(folder / kMark);
-  mark << asked;
-  return mark.flush() ? Status{} : Status{Error{ErrorCode::kFailed, (folder / kMark).string()}};
+  return mark_done(folder.string(), asked);
 }
 
 Status side_by_side(int count, const std::vector<DomainLease>& domains, const InterruptFlag& interrupt,

@@ -9,67 +9,90 @@
 #include <random>
 #include <set>
 
+#include "nido/speech/phrases.h"
+
 namespace nido {
 
 namespace {
 
 using Words = std::vector<std::string>;
 
-const Words kColours = {"orange", "pink",   "brown", "white", "violet",
-                        "tiny",   "broken", "shiny", "wet",   "cold"};
-const Words kShapes = {"plate",  "bottle", "book",   "apple",  "hammer", "phone", "flower", "pencil",
-                       "basket", "ladder", "ticket", "candle", "window", "fish",  "sock"};
-const Words kVerbs = {"lift", "pull", "give me", "bring", "touch",
-                      "drag", "hide", "show me", "count", "paint"};
-const Words kPlaces = {"bag", "garden", "cupboard", "fire", "hole", "car", "sink", "corner"};
+// Words that near misses are made with, and whole sentences.
+struct Vocabulary {
+  Words colours;
+  Words shapes;
+  Words verbs;
+  Words places;
+  Words sentences;
+};
+
+const Vocabulary kTest = {
+    .colours = {"orange", "pink", "brown", "white", "violet", "tiny", "broken", "shiny", "wet", "cold"},
+    .shapes = {"plate", "bottle", "book", "apple", "hammer", "phone", "flower", "pencil", "basket", "ladder",
+               "ticket", "candle", "window", "fish", "sock"},
+    .verbs = {"lift", "pull", "give me", "bring", "touch", "drag", "hide", "show me", "count", "paint"},
+    .places = {"bag", "garden", "cupboard", "fire", "hole", "car", "sink", "corner"},
+    .sentences = {"how old is your sister",
+                  "we had a long walk along the beach",
+                  "close the window please",
+                  "i will call you after lunch",
+                  "the cat sleeps on the sofa",
+                  "eleven twelve thirteen",
+                  "could you say that again",
+                  "there is nobody at home",
+                  "my shoes are full of water",
+                  "play some music",
+                  "they painted the wall yesterday",
+                  "it is half past six",
+                  "the children run to school",
+                  "never mind",
+                  "that was not what i said",
+                  "turn around and look at me",
+                  "bread and butter",
+                  "he forgot his umbrella",
+                  "let us go home now",
+                  "a bird sings in the tree",
+                  "what is the capital of italy",
+                  "i am very tired today",
+                  "the soup is too hot",
+                  "please speak a little louder",
+                  "we need more paper",
+                  "nice to meet you",
+                  "all the best for the new year",
+                  "where did you put the keys",
+                  "the bus is late again",
+                  "goodbye",
+                  "perhaps",
+                  "excuse me",
+                  "of course",
+                  "this robot has two hands",
+                  "watch your step",
+                  "she reads the newspaper",
+                  "you should drink more water",
+                  "the lamp does not work",
+                  "open sesame",
+                  "i think so",
+                  "too many people",
+                  "send a message to my mother",
+                  "who is at the door",
+                  "the moon is bright tonight",
+                  "one more time"}};
+
+// None of kTest: to choose bounds and costs with.
+const Vocabulary kTuning = {
+    .colours = {"yellow", "purple", "black", "silver", "crimson", "huge", "wooden", "clean", "glad", "round"},
+    .shapes = {"cup", "bowl", "board", "chair", "doll", "tube", "bell", "spoon", "bucket", "button", "pear",
+               "coat", "mirror", "coin", "lamp"},
+    .verbs = {"drive", "trap", "grab", "push", "raise", "find", "look at", "rub", "throw", "wash"},
+    .places = {"box", "casket", "pocket", "river", "oven", "kitchen", "drawer", "tent"},
+    .sentences = {"what time is it", "the weather is nice", "turn left at the bridge",
+                  "good morning everybody", "my brother plays the guitar", "see you tomorrow",
+                  "wait a moment", "the train leaves at noon", "i cannot find my glasses",
+                  "thank you very much", "twenty one", "it rains again", "who wants some tea",
+                  "the dog is asleep", "read this letter", "do not worry"}};
+
 const Words kOwn = {"blue", "red",   "green", "ball", "cube", "teddy",
                     "bear", "reach", "grasp", "drop", "into", "basket"};
-const Words kSentences = {"how old is your sister",
-                          "we had a long walk along the beach",
-                          "close the window please",
-                          "i will call you after lunch",
-                          "the cat sleeps on the sofa",
-                          "eleven twelve thirteen",
-                          "could you say that again",
-                          "there is nobody at home",
-                          "my shoes are full of water",
-                          "play some music",
-                          "they painted the wall yesterday",
-                          "it is half past six",
-                          "the children run to school",
-                          "never mind",
-                          "that was not what i said",
-                          "turn around and look at me",
-                          "bread and butter",
-                          "he forgot his umbrella",
-                          "let us go home now",
-                          "a bird sings in the tree",
-                          "what is the capital of italy",
-                          "i am very tired today",
-                          "the soup is too hot",
-                          "please speak a little louder",
-                          "we need more paper",
-                          "nice to meet you",
-                          "all the best for the new year",
-                          "where did you put the keys",
-                          "the bus is late again",
-                          "goodbye",
-                          "perhaps",
-                          "excuse me",
-                          "of course",
-                          "this robot has two hands",
-                          "watch your step",
-                          "she reads the newspaper",
-                          "you should drink more water",
-                          "the lamp does not work",
-                          "open sesame",
-                          "i think so",
-                          "too many people",
-                          "send a message to my mother",
-                          "who is at the door",
-                          "the moon is bright tonight",
-                          "one more time"};
-
 class Chooser {
  public:
   explicit Chooser(std::uint64_t seed) : generator_(seed) {}
@@ -85,29 +108,29 @@ class Chooser {
   std::mt19937_64 generator_;
 };
 
-std::string near_miss(Chooser& choose) {
+std::string near_miss(Chooser& choose, const Vocabulary& vocabulary) {
   static const Words colours = {"blue", "red", "green"};
   static const Words shapes = {"ball", "cube"};
   static const Words verbs = {"reach", "grasp"};
   switch (choose.below(9)) {
     case 0:
-      return choose.of(kColours) + " " + choose.of(shapes);
+      return choose.of(vocabulary.colours) + " " + choose.of(shapes);
     case 1:
-      return choose.of(colours) + " " + choose.of(kShapes);
+      return choose.of(colours) + " " + choose.of(vocabulary.shapes);
     case 2:
-      return choose.of(kVerbs) + " " + choose.object();
+      return choose.of(vocabulary.verbs) + " " + choose.object();
     case 3:
-      return choose.of(verbs) + " " + choose.of(kColours) + " " + choose.of(shapes);
+      return choose.of(verbs) + " " + choose.of(vocabulary.colours) + " " + choose.of(shapes);
     case 4:
-      return choose.of(verbs) + " " + choose.of(colours) + " " + choose.of(kShapes);
+      return choose.of(verbs) + " " + choose.of(colours) + " " + choose.of(vocabulary.shapes);
     case 5:
-      return "drop " + choose.object() + " into " + choose.of(kPlaces);
+      return "drop " + choose.object() + " into " + choose.of(vocabulary.places);
     case 6:
-      return "drop " + choose.of(kColours) + " " + choose.of(shapes) + " into basket";
+      return "drop " + choose.of(vocabulary.colours) + " " + choose.of(shapes) + " into basket";
     case 7:
-      return "drop " + choose.of(colours) + " " + choose.of(kShapes) + " into basket";
+      return "drop " + choose.of(colours) + " " + choose.of(vocabulary.shapes) + " into basket";
     default:
-      return choose.of(kVerbs) + " " + choose.object() + " into basket";
+      return choose.of(vocabulary.verbs) + " " + choose.object() + " into basket";
   }
 }
 
@@ -128,7 +151,21 @@ std::string own_words(Chooser& choose) {
 
 }  // namespace
 
-std::vector<OtherSpeech> other_speech(std::size_t count, std::uint64_t seed) {
+std::set<std::string> other_words() {
+  std::set<std::string> words;
+  for (const Vocabulary* vocabulary : {&kTest, &kTuning}) {
+    for (const Words* list : {&vocabulary->colours, &vocabulary->shapes, &vocabulary->verbs,
+                              &vocabulary->places, &vocabulary->sentences}) {
+      for (const std::string& text : *list) {
+        for (const std::string& word : split_words(text)) words.insert(word);
+      }
+    }
+  }
+  return words;
+}
+
+std::vector<OtherSpeech> other_speech(std::size_t count, std::uint64_t seed, bool tuning) {
+  const Vocabulary& vocabulary = tuning ? kTuning : kTest;
   Chooser choose(seed * 77 + 5);
   std::vector<OtherSpeech> all;
   std::set<std::string> known;
@@ -139,13 +176,13 @@ std::vector<OtherSpeech> other_speech(std::size_t count, std::uint64_t seed) {
     const std::size_t kind = choose.below(20);
     if (kind < 13) {
       other.kind = "near miss";
-      other.text = near_miss(choose);
+      other.text = near_miss(choose, vocabulary);
     } else if (kind < 15) {
       other.kind = "own words";
       other.text = own_words(choose);
     } else if (kind < 18) {
       other.kind = "sentence";
-      other.text = choose.of(kSentences);
+      other.text = choose.of(vocabulary.sentences);
     } else {
       other.kind = kind == 18 ? "tones" : "noise";
     }

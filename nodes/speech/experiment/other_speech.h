@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -17,7 +18,11 @@ struct OtherSpeech {
 
 // `count` of them, different texts, mixed; the same seed gives the same. About two thirds are near misses and
 // a tenth are sounds.
-std::vector<OtherSpeech> other_speech(std::size_t count, std::uint64_t seed);
+// `tuning`: with words of their own, to choose bounds and costs with.
+std::vector<OtherSpeech> other_speech(std::size_t count, std::uint64_t seed, bool tuning = false);
+
+// Every word of them: the recogniser must not know them beforehand.
+std::set<std::string> other_words();
 
 // The sound of a kind without text: tones like music, or bursts of noise, 16 kHz, with silence around.
 Result<std::vector<std::int16_t>> make_sound(const std::string& kind, std::uint64_t seed,

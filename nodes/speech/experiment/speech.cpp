@@ -4,18 +4,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <map>
-#include <mutex>
-#include <thread>
 
+#include "answers.h"
+#include "nido/experiment/kept.h"
 #include "nido/launcher/paths.h"
 #include "nido/report/experiment_cli.h"
-#include "nido/report/progress.h"
 #include "nido/report/report.h"
 #include "nido/report/statistics.h"
 #include "nido/speech/speech_core.h"
@@ -33,6 +31,8 @@ struct Request : ExperimentRequest {
                                      "en-gb+m2", "en-gb-x-rp", "en-gb-scotland+m4"};
   std::vector<int> speeds = {135, 160, 190};  // words a minute
   int others = 510;                           // utterances that are no phrases, a trial
+  bool tuning = false;                        // with other words in these than the test
+  bool fresh = false;                         // forget the pieces of an earlier run
 };
 
 // Noise over the speech: none, or white or pink at a ratio to the speech's power.
@@ -50,21 +50,6 @@ const std::vector<Noise>& noises() {
                                           {"white10", false, 10.0}};
   return list;
 }
-
-// What came of one voice at one speed in one noise.
-struct Cell {
-  int said = 0;
-  int right = 0;
-  int wrong = 0;  // another phrase was heard
-  int missed = 0;
-  std::map<std::string, std::pair<int, int>> others;  // by kind: said, taken for a phrase
-  std::vector<double> latency_s;                      // end of the speech to the answer, work included
-  std::vector<double> end_pointing_s;                 // the same without the time that the work took
-  double sound_s = 0.0;
-  double work_s = 0.0;                // wall time
-  std::vector<std::string> mistakes;  // a line each
-  std::vector<std::string> answers;   // a line each: what was said, what fitted, how well
-};
 
 struct Conditions {
   std::string voice;
@@ -107,101 +92,98 @@ Result<Answer> say(SpeechCore& core, double& now_s, std::vector<std::int16_t> sa
   return answer;
 }
 
-void note(Cell& cell, const Conditions& conditions, const std::string& kind, const std::string& text,
-          const Answer& answer) {
-  for (const HeardPhrase& heard : answer.heard) {
-    cell.answers.push_back(fmt::format("{}\t{}\t{}\t{}\t{}\t{}\t{}\t{:.3f}\t{:.1f}", conditions.voice,
-                                       conditions.speed, conditions.noise.name, kind, text, heard.nearest,
-                                       heard.accepted ? 1 : 0, heard.misfit, heard.loudness_db));
-  }
-}
-
 // Every `step`-th phrase from `first` on, and some other speech.
-Result<Cell> run_cell(const PhraseBook& book, SpeechSettings settings, const Conditions& conditions,
-                      std::size_t first, std::size_t step, const std::vector<OtherSpeech>& others,
-                      std::uint64_t seed, const InterruptFlag& interrupt) {
+struct Piece {
+  Conditions conditions;
+  std::size_t first = 0;
+  std::size_t step = 1;
+  std::vector<OtherSpeech> others;
+  std::uint64_t seed = 0;
+};
+using Answers = std::vector<SpeechAnswer>;
+
+Result<Answers> run_piece(const PhraseBook& book, SpeechSettings settings, const Piece& piece,
+                          const InterruptFlag& interrupt) {
   constexpr double kSilenceAfter_s = 1.0;
-  settings.seed = seed;
+  settings.seed = piece.seed;
   auto core = SpeechCore::create(book, settings);
   if (!core) return core.error();
-  Cell cell;
+  const Conditions& conditions = piece.conditions;
+  Answers answers;
   double now_s = 0.0;
-  std::uint64_t noise_seed = seed * 1000;
-  const auto hear = [&](Result<std::vector<std::int16_t>> samples) -> Result<Answer> {
+  std::uint64_t noise_seed = piece.seed * 1000;
+  const auto hear = [&](const std::string& kind, const std::string& text,
+                        Result<std::vector<std::int16_t>> samples) -> Status {
+    if (interrupt.raised()) return Error{ErrorCode::kInterrupted, "interrupted"};
     if (!samples) return samples.error();
     if (const Noise& noise = conditions.noise; !noise.none)
       add_noise(*samples, noise.pink ? NoiseKind::kPink : NoiseKind::kWhite, noise.snr_db, ++noise_seed);
-    cell.sound_s += static_cast<double>(samples->size()) / kSpeechRate_hz;
+    SpeechAnswer said{conditions.voice, conditions.speed, conditions.noise.name, kind, text};
+    said.sound_s = static_cast<double>(samples->size()) / kSpeechRate_hz;
     auto answer = say(**core, now_s, std::move(samples).value(), kSilenceAfter_s);
-    if (answer) cell.work_s += answer->work_s;
-    return answer;
+    if (!answer) return answer.error();
+    said.end_pointing_s = answer->end_pointing_s;
+    said.decode_s = answer->decode_s;
+    said.work_s = answer->work_s;
+    bool right = false;
+    bool other = false;
+    for (const HeardPhrase& heard : answer->heard) {
+      right = right || (heard.accepted && heard.text == text);
+      other = other || (heard.accepted && heard.text != text);
+      said.heard += (said.heard.empty() ? "" : "; ") + (heard.accepted ? heard.text : heard.reason);
+      if (heard.confidence >= said.answer.confidence) said.answer = heard;
+    }
+    if (kind == "phrase") {
+      said.outcome = other ? "wrong" : right ? "right" : "missed";
+    } else {
+      said.outcome = right || other ? "taken" : "rejected";
+    }
+    answers.push_back(std::move(said));
+    return {};
   };
   const Voice voice{conditions.voice, conditions.speed};
-  for (std::size_t i = first; i < book.phrases.size() && !interrupt.raised(); i += step) {
-    const Phrase& phrase = book.phrases[i];
-    const auto answer = hear(speak(phrase.text, voice, 0.5, kSilenceAfter_s));
-    if (!answer) return answer.error();
-    ++cell.said;
-    note(cell, conditions, "phrase", phrase.text, *answer);
-    bool right = false;
-    bool wrong = false;
-    for (const HeardPhrase& heard : answer->heard) {
-      right = right || heard.text == phrase.text;
-      wrong = wrong || (heard.accepted && heard.text != phrase.text);
-    }
-    right = right && !wrong;
-    cell.right += right ? 1 : 0;
-    cell.wrong += wrong ? 1 : 0;
-    cell.missed += !right && !wrong ? 1 : 0;
-    if (!right) {
-      std::string what;
-      for (const HeardPhrase& heard : answer->heard) what += heard.accepted ? heard.text : heard.reason;
-      cell.mistakes.push_back(fmt::format("{} {} {}: \"{}\": {}", conditions.voice, conditions.speed,
-                                          conditions.noise.name, phrase.text,
-                                          what.empty() ? "nothing" : what));
-    }
-    if (right) {
-      cell.end_pointing_s.push_back(answer->end_pointing_s);
-      cell.latency_s.push_back(answer->end_pointing_s + answer->decode_s);
-    }
+  for (std::size_t i = piece.first; i < book.phrases.size(); i += piece.step) {
+    const std::string& text = book.phrases[i].text;
+    if (const Status done = hear("phrase", text, speak(text, voice, 0.5, kSilenceAfter_s)); !done)
+      return done.error();
   }
-  for (const OtherSpeech& other : others) {
-    if (interrupt.raised()) return cell;
-    const auto answer = hear(other.text.empty() ? make_sound(other.kind, other.seed, kSilenceAfter_s)
+  for (const OtherSpeech& other : piece.others) {
+    const Status done = hear(other.kind, other.text,
+                             other.text.empty() ? make_sound(other.kind, other.seed, kSilenceAfter_s)
                                                 : speak(other.text, voice, 0.5, kSilenceAfter_s));
-    if (!answer) return answer.error();
-    for (const HeardPhrase& heard : answer->heard) {
-      if (!heard.accepted) continue;
-      cell.mistakes.push_back(fmt::format("{} {} {}: {} \"{}\" was taken for \"{}\" (confidence {:.2f})",
-                                          conditions.voice, conditions.speed, conditions.noise.name,
-                                          other.kind, other.text, heard.text, heard.confidence));
-    }
-    note(cell, conditions, other.kind, other.text, *answer);
-    auto& [said, taken] = cell.others[other.kind];
-    ++said;
-    taken += std::any_of(answer->heard.begin(), answer->heard.end(),
-                         [](const HeardPhrase& heard) { return heard.accepted; })
-                 ? 1
-                 : 0;
+    if (!done) return done.error();
   }
-  return cell;
+  return answers;
 }
 
-void add(Cell& sum, const Cell& cell) {
-  sum.said += cell.said;
-  sum.right += cell.right;
-  sum.wrong += cell.wrong;
-  sum.missed += cell.missed;
-  for (const auto& [kind, counts] : cell.others) {
-    sum.others[kind].first += counts.first;
-    sum.others[kind].second += counts.second;
+// Answers counted.
+struct Cell {
+  int said = 0;
+  int right = 0;
+  int wrong = 0;  // another phrase was heard
+  int missed = 0;
+  std::map<std::string, std::pair<int, int>> others;  // by kind: said, taken for a phrase
+  std::vector<double> latency_s;                      // end of the speech to the answer, work included
+  std::vector<double> end_pointing_s;                 // the same without the time that the work took
+  double sound_s = 0.0;
+  double work_s = 0.0;  // wall time
+};
+
+void add(Cell& sum, const SpeechAnswer& answer) {
+  sum.sound_s += answer.sound_s;
+  sum.work_s += answer.work_s;
+  if (answer.kind != "phrase") {
+    ++sum.others[answer.kind].first;
+    sum.others[answer.kind].second += answer.outcome == "taken" ? 1 : 0;
+    return;
   }
-  sum.latency_s.insert(sum.latency_s.end(), cell.latency_s.begin(), cell.latency_s.end());
-  sum.end_pointing_s.insert(sum.end_pointing_s.end(), cell.end_pointing_s.begin(), cell.end_pointing_s.end());
-  sum.mistakes.insert(sum.mistakes.end(), cell.mistakes.begin(), cell.mistakes.end());
-  sum.answers.insert(sum.answers.end(), cell.answers.begin(), cell.answers.end());
-  sum.sound_s += cell.sound_s;
-  sum.work_s += cell.work_s;
+  ++sum.said;
+  sum.right += answer.outcome == "right" ? 1 : 0;
+  sum.wrong += answer.outcome == "wrong" ? 1 : 0;
+  sum.missed += answer.outcome == "missed" ? 1 : 0;
+  if (answer.outcome != "right") return;
+  sum.end_pointing_s.push_back(answer.end_pointing_s);
+  sum.latency_s.push_back(answer.end_pointing_s + answer.decode_s);
 }
 
 // said and taken for a phrase, of all kinds
@@ -214,9 +196,7 @@ std::pair<int, int> all_others(const Cell& cell) {
   return sum;
 }
 
-using Cells = std::map<std::pair<std::size_t, std::size_t>, Cell>;  // voice, noise
-
-Report make_report(const Request& request, const Cells& cells) {
+Report make_report(const Request& request, const std::map<int, Answers>& done) {
   Report report;
   report.name = "speech";
   report.title = "Understanding the phrases by voice and noise";
@@ -233,20 +213,28 @@ Report make_report(const Request& request, const Cells& cells) {
   report.command =
       fmt::format("nido experiment run speech --seed {} --trials {}", request.seed, request.trials);
   report.seed = request.seed;
-  report.trials = request.trials;
+  report.trials = static_cast<long>(done.size());  // a voice at a speed in a noise
 
   Cell all;
-  std::map<std::size_t, Cell> by_voice;
-  std::map<std::size_t, Cell> by_noise;
+  std::map<std::string, Cell> by_voice;
+  std::map<std::string, Cell> by_noise;
   std::map<std::string, Cell> by_level;
+  std::map<std::pair<std::string, std::string>, Cell> cells;  // voice, noise
+  for (const auto& [piece, answers] : done) {
+    for (const SpeechAnswer& answer : answers) {
+      add(all, answer);
+      add(by_voice[answer.voice], answer);
+      add(by_noise[answer.noise], answer);
+      add(cells[{answer.voice, answer.noise}], answer);
+      for (const Noise& noise : noises()) {
+        if (noise.name == answer.noise)
+          add(by_level[noise.none ? "clean" : fmt::format("{:.0f}dB", noise.snr_db)], answer);
+      }
+    }
+  }
   for (const auto& [key, cell] : cells) {
-    add(all, cell);
-    add(by_voice[key.first], cell);
-    add(by_noise[key.second], cell);
-    const Noise& noise = noises()[key.second];
-    add(by_level[noise.none ? "clean" : fmt::format("{:.0f}dB", noise.snr_db)], cell);
-    report.trials_detail.push_back({{"voice", request.voices[key.first]},
-                                    {"noise", noises()[key.second].name},
+    report.trials_detail.push_back({{"voice", key.first},
+                                    {"noise", key.second},
                                     {"said", static_cast<double>(cell.said)},
                                     {"right", static_cast<double>(cell.right)},
                                     {"wrong phrase", static_cast<double>(cell.wrong)},
@@ -275,79 +263,93 @@ Report make_report(const Request& request, const Cells& cells) {
   voices.series.resize(1);
   noise_plot.series.resize(1);
   for (const auto& [voice, cell] : by_voice) {
-    report.add("sentence_error_rate." + request.voices[voice],
-               proportion_metric(cell.said - cell.right, cell.said));
+    report.add("sentence_error_rate." + voice, proportion_metric(cell.said - cell.right, cell.said));
     voices.series[0].points.push_back({static_cast<double>(voices.bar_names.size()), rate(cell)});
-    voices.bar_names.push_back(request.voices[voice]);
+    voices.bar_names.push_back(voice);
   }
   for (const auto& [noise, cell] : by_noise) {
-    report.add("sentence_error_rate." + noises()[noise].name,
-               proportion_metric(cell.said - cell.right, cell.said));
-    report.add("false_accept_rate." + noises()[noise].name,
+    report.add("sentence_error_rate." + noise, proportion_metric(cell.said - cell.right, cell.said));
+    report.add("false_accept_rate." + noise,
                proportion_metric(all_others(cell).second, all_others(cell).first));
     noise_plot.series[0].points.push_back({static_cast<double>(noise_plot.bar_names.size()), rate(cell)});
-    noise_plot.bar_names.push_back(noises()[noise].name);
+    noise_plot.bar_names.push_back(noise);
   }
   report.plots = {voices, noise_plot};
   return report;
 }
 
+// All answers, and line by line what was not understood or taken for a phrase.
+Status save_all(const std::string& out, const std::map<int, Answers>& done) {
+  Answers all;
+  std::ofstream mistakes(std::filesystem::path(out) / "mistakes.txt");
+  for (const auto& [piece, answers] : done) {
+    for (const SpeechAnswer& answer : answers) {
+      all.push_back(answer);
+      if (answer.outcome == "right" || answer.outcome == "rejected") continue;
+      mistakes << fmt::format("{} {} {}: {} \"{}\" {}: {} (confidence {:.2f})\n", answer.voice, answer.speed,
+                              answer.noise, answer.kind, answer.text, answer.outcome,
+                              answer.heard.empty() ? "nothing" : answer.heard, answer.answer.confidence);
+    }
+  }
+  return save_answers((std::filesystem::path(out) / "answers.tsv").string(), all);
+}
+
 Status run(const Request& request) {
-  const auto started = std::chrono::steady_clock::now();
   const auto book = PhraseBook::load(request.phrases);
   if (!book) return book.error();
 
   const std::size_t speeds = request.speeds.size();
   const std::size_t per_trial = request.voices.size() * noises().size() * speeds;
   const std::size_t total = per_trial * static_cast<std::size_t>(request.trials);
-  const auto others = other_speech(
-      static_cast<std::size_t>(request.others) * static_cast<std::size_t>(request.trials), request.seed);
-  Cells cells;
-  Status failure;
-  const InterruptFlag interrupt;
-  {
-    ProgressBar progress("speech", static_cast<long>(total));
-    std::atomic<std::size_t> next{0};
-    std::mutex mutex;
-    long done = 0;
-    const auto work = [&] {
-      for (std::size_t i = next++; i < total && !interrupt.raised(); i = next++) {
-        const std::size_t speed = i % speeds;
-        const std::size_t noise = i / speeds % noises().size();
-        const std::size_t voice = i / speeds / noises().size() % request.voices.size();
-        // the speeds share the phrases of a voice and a noise; the cells share the other speech
-        std::vector<OtherSpeech> own;
-        for (std::size_t k = i; k < others.size(); k += total) own.push_back(others[k]);
-        auto cell =
-            run_cell(*book, request.settings, {request.voices[voice], request.speeds[speed], noises()[noise]},
-                     (speed + i / per_trial) % speeds, speeds, own, request.seed + i, interrupt);
-        const std::lock_guard lock(mutex);
-        if (!cell) {
-          if (failure.ok()) failure = cell.error();
-          next = total;
-          return;
-        }
-        add(cells[{voice, noise}], *cell);
-        progress.update(++done, request.voices[voice] + " " + noises()[noise].name);
-      }
-    };
-    std::vector<std::jthread> workers;
-    for (int i = 0; i < request.jobs; ++i) workers.emplace_back(work);
-  }
-  if (!failure) return failure;
-  Report report = make_report(request, cells);
-  report.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
-  if (const Status saved = save_and_print(report, request.out); !saved) return saved;
-  // line by line what was not understood or taken for a phrase
-  std::ofstream mistakes(std::filesystem::path(request.out) / "mistakes.txt");
-  // and every answer: voice, speed, noise, kind, what was said, what fits best, accepted, misfit, loudness
-  std::ofstream answers(std::filesystem::path(request.out) / "answers.tsv");
-  for (const auto& [key, cell] : cells) {
-    for (const std::string& line : cell.mistakes) mistakes << line << '\n';
-    for (const std::string& line : cell.answers) answers << line << '\n';
-  }
-  if (interrupt.raised()) return Error{ErrorCode::kInterrupted, "interrupted: the report has what was done"};
-  return {};
+  const auto others =
+      other_speech(static_cast<std::size_t>(request.others) * static_cast<std::size_t>(request.trials),
+                   request.seed, request.tuning);
+  const auto piece_of = [&](std::size_t i) {
+    const std::size_t speed = i % speeds;
+    const std::size_t noise = i / speeds % noises().size();
+    const std::size_t voice = i / speeds / noises().size() % request.voices.size();
+    // the speeds share the phrases of a voice and a noise; the pieces share the other speech
+    Piece piece{{request.voices[voice], request.speeds[speed], noises()[noise]},
+                (speed + i / per_trial) % speeds,
+                speeds,
+                {},
+                request.seed + i};
+    for (std::size_t k = i; k < others.size(); k += total) piece.others.push_back(others[k]);
+    return piece;
+  };
+  // a piece that was done before is read, not heard again
+  const auto once = [&](int number, const Lane& lane) -> Result<Answers> {
+    const Piece piece = piece_of(static_cast<std::size_t>(number));
+    const std::filesystem::path folder =
+        std::filesystem::path(request.out) / "pieces" / fmt::format("{:04}", number);
+    std::error_code failure;
+    std::filesystem::create_directories(folder, failure);
+    std::string asked =
+        fmt::format("{} {} {} {} {} {}\n{}\n{}\n{}\n", piece.conditions.voice, piece.conditions.speed,
+                    piece.conditions.noise.name, piece.first, piece.step, piece.seed, request.phrases,
+                    request.settings.acoustic_model, request.settings.adaptation);
+    for (const OtherSpeech& other : piece.others)
+      asked += fmt::format("{} {} {}\n", other.kind, other.seed, other.text);
+    const std::string file = (folder / "answers.tsv").string();
+    if (was_done(folder.string(), asked)) return load_answers(file);
+    auto answers = run_piece(*book, request.settings, piece, lane.interrupt);
+    if (!answers) return answers.error();
+    if (const Status saved = save_answers(file, *answers); !saved) return saved.error();
+    if (const Status marked = mark_done(folder.string(), asked); !marked) return marked.error();
+    return answers;
+  };
+
+  Pieces pieces{"speech", request.out, static_cast<int>(total), request.jobs};
+  pieces.total = static_cast<long>(total);
+  pieces.forget_earlier = request.fresh;
+  std::map<int, Answers> done;  // as of the last report
+  const Status ended = run_pieces<Answers>(pieces, once, [&](const std::map<int, Answers>& so_far) {
+    done = so_far;
+    return make_report(request, so_far);
+  });
+  if (done.empty()) return ended;
+  const Status saved = save_all(request.out, done);
+  return ended ? saved : ended;
 }
 
 }  // namespace
@@ -364,6 +366,9 @@ int main(int argc, char** argv) {
   app.add_option("--speeds", request.speeds, "words a minute, separated by commas")->delimiter(',');
   app.add_option("--others", request.others, "utterances that are no phrases, a trial")
       ->check(CLI::Range(0, 100000));
+  app.add_flag("--tuning", request.tuning,
+               "utterances with other words than the test's, to choose settings with");
+  app.add_flag("--fresh", request.fresh, "do again what an interrupted run has done in the same folder");
   app.add_option("--model", request.settings.acoustic_model,
                  "folder of the acoustic model (default: the node's)");
   app.add_option("--adaptation", request.settings.adaptation,

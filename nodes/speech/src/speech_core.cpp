@@ -12,7 +12,9 @@
 #include <random>
 
 #include "decoder.h"
+#include "evidence.h"
 #include "lexicon.h"
+#include "sounds.h"
 
 namespace nido {
 
@@ -79,16 +81,35 @@ double misfit(const std::vector<Decoder::Segment>& words, const std::vector<Deco
   return frames > 0.0 ? sum / frames + kWorst * worst : std::numeric_limits<double>::infinity();
 }
 
-// 0.5 at the bound between what is a phrase and what is not. Noise makes the words of a phrase fit worse and
-// hardly harms the best sounds, so the bound rises with it.
-double confidence_of(double misfit, double loudness_db) {
+// How sure it is, 0.5 at the bound between what is a phrase and what is not. Noise makes the words of a
+// phrase fit worse and hardly harms the best sounds, so the bound of the misfit rises with it. Where the
+// sounds were weighed, they speak too: a logistic regression over the tuning's answers (docs/speech.md). It
+// is milder with `new_words`, which sound as one dictionary has them, not as many voices were heard to say
+// them.
+double confidence_of(double misfit, double loudness_db, const std::optional<SoundEvidence>& sounds,
+                     bool new_words) {
   constexpr double kQuietBound = 0.8;
   constexpr double kQuiet_db = 40.0;  // loudness over the background from which on noise does not matter
   constexpr double kRise = 0.03;      // of the bound, a dB
   constexpr double kMostRise = 0.8;
-  constexpr double kSteepness = 2.0;
+  constexpr double kSteepness = 2.0;  // of the misfit alone
   const double bound = kQuietBound + std::clamp(kRise * (kQuiet_db - loudness_db), 0.0, kMostRise);
-  return 1.0 / (1.0 + std::exp(kSteepness * (misfit - bound)));
+  const double excess = misfit - bound;
+  double belief = -kSteepness * excess;
+  if (sounds) {
+    constexpr double kConstant = -4.7;
+    constexpr double kMisfit = -0.9;
+    constexpr double kSecondWorst = 0.85;
+    constexpr double kMean = 1.3;
+    constexpr double kWorstWord = 1.65;
+    constexpr double kGap = -2.5;
+    constexpr double kNewWords = 3.0;
+    belief = kConstant + (new_words ? kNewWords : 0.0) + kMisfit * std::clamp(excess, -4.0, 3.0) +
+             kSecondWorst * std::clamp(sounds->second_worst, -5.0, 3.0) + kMean * sounds->mean_sound +
+             kWorstWord * std::clamp(sounds->worst_word, -3.0, 2.0) +
+             kGap * std::sqrt(std::min(sounds->gap, 1.5));
+  }
+  return 1.0 / (1.0 + std::exp(-belief));
 }
 
 std::string text_of(const std::vector<Decoder::Segment>& words) {
@@ -130,8 +151,13 @@ struct SpeechCore::Impl {
     Decoder phones;
   };
 
-  Impl(const PhraseBook& phrases, const SpeechSettings& s, Decoders made)
-      : book(phrases), settings(s), decoders(std::move(made)), noise(s.seed) {
+  Impl(const PhraseBook& phrases, const SpeechSettings& s, Decoders made, std::optional<SoundNetwork> network)
+      : book(phrases),
+        settings(s),
+        first_words(phrases.pronunciations),
+        decoders(std::move(made)),
+        sound_network(std::move(network)),
+        noise(s.seed) {
     warm_up();
   }
 
@@ -193,6 +219,12 @@ struct SpeechCore::Impl {
     return std::find(texts.begin(), texts.end(), text) != texts.end();
   }
 
+  [[nodiscard]] bool has_new_words(const std::string& text) const {
+    const auto words = split_words(text);
+    return std::any_of(words.begin(), words.end(),
+                       [&](const std::string& word) { return !first_words.contains(word); });
+  }
+
   // works on one chunk; returns the utterance that ended in it
   std::optional<HeardPhrase> listen(std::array<std::int16_t, kChunk>& chunk) {
     double energy = 0.0;
@@ -229,10 +261,15 @@ struct SpeechCore::Impl {
     const bool worth_it = was_speaking && !steady && net_speech_s >= settings.shortest_s;
     std::vector<Decoder::Segment> words;
     std::vector<Decoder::Segment> phones;
+    std::optional<SoundEvidence> evidence;
     if (worth_it && !too_long) {
       // the answer is late by the slower of them, not by both
       auto sounds = std::async(std::launch::async, [this] { return decoders.phones.decode(utterance); });
       words = decoders.words.decode(utterance);
+      if (sound_network) {
+        evidence = weigh_sounds(sound_network->log_probabilities(spectrum_of(utterance)), text_of(words),
+                                book.pronunciations);
+      }
       phones = sounds.get();
     }
     const double loudness_db = 20.0 * std::log10(std::max(loudest, 1.0));
@@ -245,7 +282,8 @@ struct SpeechCore::Impl {
     heard.nearest = text;
     heard.misfit = misfit(words, phones);
     heard.loudness_db = loudness_db;
-    heard.confidence = confidence_of(heard.misfit, heard.loudness_db);
+    heard.sounds = evidence;
+    heard.confidence = confidence_of(heard.misfit, heard.loudness_db, evidence, has_new_words(text));
     if (too_long) {
       heard.reason = fmt::format("no such phrase: somebody spoke for more than {:.0f} s without a pause",
                                  settings.longest_s);
@@ -266,7 +304,9 @@ struct SpeechCore::Impl {
 
   PhraseBook book;
   SpeechSettings settings;
+  std::map<std::string, std::vector<std::string>> first_words;  // of the first book; others came later
   Decoders decoders;
+  std::optional<SoundNetwork> sound_network;
   PinkNoise noise;
   std::vector<std::int16_t> pending;    // samples that do not fill a chunk yet
   std::vector<std::int16_t> utterance;  // what is going on, and a little before it
@@ -296,8 +336,14 @@ Result<std::unique_ptr<SpeechCore>> SpeechCore::create(const PhraseBook& book,
   }
   auto decoders = Impl::make_decoders(book, settings);
   if (!decoders) return decoders.error();
-  return std::unique_ptr<SpeechCore>(
-      new SpeechCore(std::make_unique<Impl>(book, settings, std::move(decoders).value())));
+  std::optional<SoundNetwork> network;
+  if (!settings.adaptation.empty()) {
+    auto loaded = SoundNetwork::load((std::filesystem::path(settings.adaptation) / "sounds").string());
+    if (!loaded) return loaded.error();
+    network = std::move(loaded).value();
+  }
+  return std::unique_ptr<SpeechCore>(new SpeechCore(
+      std::make_unique<Impl>(book, settings, std::move(decoders).value(), std::move(network))));
 }
 
 Status SpeechCore::set_book(const PhraseBook& book) {
@@ -320,6 +366,12 @@ Result<std::map<std::string, std::vector<std::string>>> SpeechCore::pronunciatio
       return Error{
           ErrorCode::kNotFound,
           fmt::format("the dictionary does not have the word '{}': say how it sounds in phrases.yaml", word)};
+    }
+  }
+  // the first sound of "this" is so soft that it gets lost at the beginning of a sentence
+  for (auto& [word, sounds] : *found) {
+    for (std::size_t i = sounds.size(); i-- > 0;) {
+      if (sounds[i].starts_with("DH ")) sounds.push_back(sounds[i].substr(3));
     }
   }
   return found;

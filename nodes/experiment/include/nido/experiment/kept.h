@@ -32,6 +32,12 @@ struct Lane {
   const InterruptFlag& interrupt;  // once raised, what runs is to end
 };
 
+// A piece that needs no app: whether the one that was asked for in these words was done in this folder
+// before, and the mark that it is done now, to be made when all of its results are there. kFailed where the
+// folder cannot be written.
+[[nodiscard]] bool was_done(const std::string& folder, const std::string& asked);
+[[nodiscard]] Status mark_done(const std::string& folder, const std::string& asked);
+
 // Runs an app in the lane's domain, or does nothing if the same one was done in this folder before. Errors as
 // of run_app().
 Status run_app_once(const AppRun& run, const Lane& lane);

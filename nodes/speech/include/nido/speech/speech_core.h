@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,7 +14,8 @@ namespace nido {
 
 struct SpeechSettings {
   std::string acoustic_model;  // folder of a PocketSphinx model; empty: Debian's en-us
-  std::string adaptation;      // folder of what is adapted of that model (docs/speech.md); empty: nothing
+  std::string adaptation;      // folder of what is adapted of that model, and of the network of sounds
+                               // (docs/speech.md); empty: nothing, and the decoders alone judge
   std::string dictionary;      // of new words; empty: the one beside Debian's en-us
   double end_silence_s = 0.3;  // silence that ends an utterance; the answer is late by this much
   double shortest_s = 0.25;    // speech shorter than this is a click, not an utterance
@@ -33,6 +35,18 @@ struct AudioBlock {
 };
 inline constexpr std::uint32_t kSpeechRate_hz = 16000;
 
+// How well a text fits the sounds of an utterance, as the network of sounds tells them (docs/speech.md). The
+// margin of a sound is the mean logarithm of its probability while it would be said, less that of the best
+// other one.
+struct SoundEvidence {
+  double worst_sound = 0.0;   // smallest margin of a sound
+  double second_worst = 0.0;  // the next one
+  double mean_sound = 0.0;    // mean margin, of which none counts more than 2
+  double worst_word = 0.0;    // the same of the word where it is least
+  double gap = 0.0;           // by which the best sound of a frame is better than the text's, mean: >= 0
+  double unexplained = 0.0;   // speech where the text has silence, about in tenths of a second: >= 0
+};
+
 // What was made of one utterance.
 struct HeardPhrase {
   double end_s = 0.0;       // time of the end of the speech, s
@@ -41,9 +55,10 @@ struct HeardPhrase {
   bool accepted = false;
   std::string reason;  // why it was rejected, a sentence; empty when accepted
   // What the confidence rests upon (docs/speech.md).
-  std::string nearest;       // phrase or words that fit best
-  double misfit = 0.0;       // by which they fit worse than the best sounds
-  double loudness_db = 0.0;  // of the loudest moment over the background
+  std::string nearest;                  // phrase or words that fit best
+  double misfit = 0.0;                  // by which they fit worse than the best sounds
+  double loudness_db = 0.0;             // of the loudest moment over the background
+  std::optional<SoundEvidence> sounds;  // without a network of sounds, or words: nothing
 };
 
 // Understands the phrases of a book in a stream of sound (PocketSphinx). The nearest phrase is accepted only
