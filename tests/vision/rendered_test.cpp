@@ -1,4 +1,5 @@
 // Vision on rendered pictures of the simulated world. The truth is asked only to judge what vision says.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -183,6 +184,32 @@ TEST(Rendered, SeesThingsThatLeanAndThingsInTheBasket) {
 }
 
 // An arm goes over the table while vision watches: what it says of things that lie still must stay true.
+// Its colour alone does not make a thing a part of the basket: the basket stays where it is while a ball of
+// its colour stands beside it and is moved along it.
+TEST(Rendered, ABallInTheBasketsColourIsNoPartOfIt) {
+  Stage stage(table_world(
+      {"{object: basket, name: basket, position_m: [-0.32, 0.22]}",
+       "{object: ball, colour: [0.90, 0.80, 0.10], static: true, name: lemon, position_m: [-0.36, 0.05]}"}));
+  stage.place("right_arm", kArmAside);
+  stage.place("left_arm", kArmAside);
+  stage.look_at({-0.32, 0.14, -0.06});
+  Loop loop(stage, templates());
+  loop.set_goal({"point", "", {-0.32, 0.14, -0.06}});
+  loop.run(0.4);
+  const Eigen::Vector3d truth = stage.truth("basket").p_Root_m;
+  for (int i = 0; i <= 8; ++i) {
+    const double x_m = -0.38 + 0.015 * i;  // 1 to 2 cm beside the wall
+    // the world port's frame: x left, y up, z forward, on the floor
+    ASSERT_TRUE(stage.simulation()
+                    .world(fmt::format("world set lemon {} {} {}", -0.085, -0.0526 + 0.5976, -x_m - 0.026))
+                    .find("fail") == std::string::npos);
+    loop.run(0.2);
+    const auto* basket = find(loop.last(), "basket");
+    ASSERT_NE(basket, nullptr) << i;
+    EXPECT_LT((basket->p_RootObject_m - truth).norm(), 0.01) << i;
+  }
+}
+
 TEST(Rendered, KeepsThingsInPlaceBehindAMovingArm) {
   Stage stage(
       table_world({"{object: cube, colour: blue, name: blue cube, position_m: [-0.30, 0.10], yaw_deg: 10}",

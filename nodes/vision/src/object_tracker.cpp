@@ -11,6 +11,9 @@ constexpr double kScoreMargin = 0.04;  // by which another shape must be better 
 constexpr int kViewsJudgedFully = 5;   // first views of a thing are compared with every shape of its colour
 constexpr int kJudgeEvery = 15;        // later ones only now and then
 constexpr double kExplained = 0.93;    // overlap of a template that explains what is seen well
+constexpr double kWithin = 0.5;        // of a blob that lies where a thing is expected: it belongs to it
+constexpr double kStillThere = 0.97;   // of what is expected is covered by what is seen
+constexpr double kGrown = 1.1;         // and what is seen is so much larger
 constexpr double kClearlyBetter = 0.03;
 constexpr int kDoubtEvery = 3;  // views that a thing explains poorly
 constexpr int kDoubts = 4;  // looks one after the other in which another thing explains them: that one it is
@@ -74,8 +77,15 @@ std::optional<ObjectTracker::Claim> ObjectTracker::claim(const Track& track, con
     const Polygon wide = grown(expected, reach_px);
     std::vector<Eigen::Vector2d> points;
     const auto& blobs = *input.blobs[e];
+    std::vector<std::size_t> near;
+    std::vector<std::size_t> within;  // most of them where the thing is expected
     for (std::size_t b = 0; b < blobs.size(); ++b) {
       if (blobs[b].colour != colour || taken_[e][b] || !contains(wide, blobs[b].centroid_px)) continue;
+      near.push_back(b);
+      if (inside_fraction(blobs[b].hull, expected) > kWithin) within.push_back(b);
+    }
+    // what lies beside a thing that is where it was is another thing, of whatever colour
+    for (const std::size_t b : within.empty() ? near : within) {
       mine[e].push_back(b);
       if (points.empty()) {
         result.biggest[e] = static_cast<int>(b);
@@ -162,11 +172,15 @@ void ObjectTracker::update(Track& track, const Claim& seen, const StereoBlobs& i
   const Body* body = &templates_.objects[track.object].body;
   double visible = 1;
   double inside = 1;
+  double larger = 1;
+  double covered = 1;  // of what is expected, by what is seen
   for (std::size_t e = 0; e < 2; ++e) {
     const Polygon expected = body->outline(input.eyes[e], track.p_Root_m, track.pose().R_RootBody());
     if (expected.size() < 3) continue;
     visible = std::min(visible, area(seen.outlines[e]) / area(expected));
     inside = std::min(inside, inside_fraction(seen.outlines[e], expected));
+    larger = std::max(larger, area(seen.outlines[e]) / area(expected));
+    covered = std::min(covered, inside_fraction(expected, seen.outlines[e]));
   }
   const auto fit = fit_body(*body, input.eyes, seen.outlines, track.pose(), !confirmed);
   // a first glimpse that later views do not bear out (a thing that fell just then) is forgotten and taken up
@@ -177,6 +191,8 @@ void ObjectTracker::update(Track& track, const Claim& seen, const StereoBlobs& i
   track.seen_now = true;
   const bool explained = fit && fit->overlap > kExplained;
   if (explained) track.poor = track.doubts = 0;
+  // something of its colour before or beside it has grown together with it: all of it is still where it was
+  if (confirmed && !explained && larger > kGrown && covered > kStillThere) return;
   if (confirmed && !explained && is_replaced(track, seen, input)) return;
   // a thing that is explained as a whole where it is now is not hidden, whatever was expected
   const bool whole = visible >= settings_.whole_fraction || (fit && fit->overlap > settings_.whole_overlap);
