@@ -5,6 +5,8 @@
 #include <map>
 #include <tuple>
 
+#include "servo.h"
+
 namespace nido::sim {
 namespace {
 
@@ -13,18 +15,10 @@ constexpr double kFingerGain_1_s = 40;
 constexpr double kVelocityLeash_rad =
     0.1;  // velocity mode: how far its reference may run ahead of a blocked joint
 constexpr double kIdleFriction = 0.01;  // share of the largest torque that a motor without power resists with
-constexpr double kStandstill_rad_s = 1e-3;  // slower joints stand, as far as friction is concerned
-// A servo is no wall: it gives all its torque when the joint stands so far from where it should.
-constexpr double kServoGive_rad = 0.02;
-constexpr double kWeakShare = 0.2;            // of its torque that a weak motor has left
-constexpr double kStuckShare = 100;           // a stuck gear bears more than any motor gives
+constexpr double kStandstill_rad_s = 1e-3;    // slower joints stand, as far as friction is concerned
 constexpr double kSlowest_rad_s = 1e-4;       // slower motions would take days, and their sums overflow
 constexpr double kDone_rad = 0.0174533;       // 1 degree
 constexpr double kPeakOfMinimumJerk = 1.875;  // highest by mean velocity
-
-bool is_servo(JointMode mode) {
-  return mode == JointMode::kPosition || mode == JointMode::kDirect || mode == JointMode::kVelocity;
-}
 
 std::string number(double value) {
   std::string text = std::to_string(value);
@@ -49,13 +43,6 @@ const char* to_string(JointMode mode) {
       return "pwm";
   }
   return "idle";
-}
-
-double Trajectory::position(double time_s) const {
-  const double t = std::clamp(time_s, 0.0, duration_s);
-  double sum = 0;
-  for (int i = 5; i >= 0; --i) sum = sum * t + coefficient[i];
-  return sum;
 }
 
 Result<Drives> Drives::create(const RobotBody& robot, const ControlBlock& block) {
@@ -348,17 +335,7 @@ void Drives::start_trajectory(std::size_t axis, double goal_rad) {
   duration = std::max({duration, kPeakOfMinimumJerk * std::abs(distance) / info.max_velocity_rad_s, 0.05});
   // time to turn round or brake softly
   if (std::abs(v0) > 1e-6) duration = std::max(duration, 0.2);
-  const double T = duration;
-  Trajectory& path = state.trajectory;
-  path.age = 0;
-  path.duration_s = T;
-  const double h = distance;
-  path.coefficient = {p0,
-                      v0,
-                      0,
-                      (20 * h - 12 * v0 * T) / (2 * T * T * T),
-                      (-30 * h + 16 * v0 * T) / (2 * T * T * T * T),
-                      (12 * h - 6 * v0 * T) / (2 * T * T * T * T * T)};
+  state.trajectory = Trajectory::to(goal_rad, p0, v0, duration);
 }
 
 void Drives::advance_reference(std::size_t axis, double period_s) {
@@ -398,12 +375,6 @@ void Drives::begin_period(double period_s, const RobotBody& robot) {
   steps_ = 0;
 }
 
-void Drives::set_fault(int part, int joint, JointFault fault) {
-  AxisState& state = axes_[axis_index(part, joint)];
-  state.fault = fault;
-  state.held_rad = state.measured.position_rad;
-}
-
 std::pair<double, double> Drives::motion_of(std::size_t axis, const RobotBody& robot) const {
   double position = 0;
   double velocity = 0;
@@ -412,43 +383,6 @@ std::pair<double, double> Drives::motion_of(std::size_t axis, const RobotBody& r
     velocity += factor * robot.velocity_rad_s(link);
   }
   return {position, velocity};
-}
-
-bool Drives::shares_a_fault(const Hinge& hinge) const {
-  return std::any_of(hinge.axes.begin(), hinge.axes.end(), [&](const auto& share) {
-    return axes_[share.first].fault != axes_[hinge.axes.front().first].fault;
-  });
-}
-
-// A servo's torque is proportional to how much speed is missing, so every joint of the hinge has its part of
-// it; a faulty one asks for no more than it can.
-void Drives::drive_shared(std::size_t link, double fraction, RobotBody& robot) {
-  const Hinge& hinge = hinges_[link];
-  const double give_way_rad_s = hinge.gain_1_s * kServoGive_rad;  // missing with all torque
-  double speed = robot.velocity_rad_s(link);
-  for (const auto& [a, multiplier] : hinge.axes) {
-    const AxisState& state = axes_[a];
-    if (state.fault == JointFault::kOff) continue;
-    const auto [position, velocity] = motion_of(a, robot);
-    double missing = -velocity;
-    if (state.fault == JointFault::kStuck) {
-      missing += hinge.gain_1_s * (state.held_rad - position);
-    } else if (is_servo(state.measured.mode) || state.at_limit) {
-      const double now =
-          state.previous_reference_rad + fraction * (state.reference_rad - state.previous_reference_rad);
-      missing += state.reference_velocity_rad_s + hinge.gain_1_s * (now - position);
-    } else if (state.measured.mode == JointMode::kTorque) {
-      missing = (multiplier < 0 ? -1 : 1) * state.measured.target / hinge.max_torque_Nm * give_way_rad_s;
-    } else {
-      missing = state.measured.mode == JointMode::kPwm ? state.measured.target * give_way_rad_s : 0;
-    }
-    if (state.fault == JointFault::kWeak)
-      missing = std::clamp(missing, -kWeakShare * give_way_rad_s, kWeakShare * give_way_rad_s);
-    speed += multiplier * missing;
-  }
-  const double left = std::max(hinge.max_torque_Nm - std::abs(gravity_Nm_[link]), 0.1 * hinge.max_torque_Nm);
-  robot.tree().set_motor(
-      link, {std::clamp(speed, -hinge.max_velocity_rad_s, hinge.max_velocity_rad_s), left, give_way_rad_s});
 }
 
 // the end stops of hinges are soft and know nothing of coupled joints: at the limit of a joint the servo

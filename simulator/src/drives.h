@@ -8,16 +8,9 @@
 #include "nido/simulator/faults.h"
 #include "nido/simulator/joints.h"
 #include "robot_body.h"
+#include "trajectory.h"
 
 namespace nido::sim {
-
-// A quintic from a moving start to rest at the goal.
-struct Trajectory {
-  std::int64_t age = 0;  // control periods since the start: counted, so that a run has no absolute time in it
-  double duration_s = 0;
-  std::array<double, 6> coefficient{};                 // of powers of the time since the start
-  [[nodiscard]] double position(double time_s) const;  // by the time since the start
-};
 
 // One joint as clients see it, while it runs.
 struct AxisState {
