@@ -304,6 +304,17 @@ Status Simulation::restore(const SavedState& saved) {
   return {};
 }
 
+std::string Simulation::snapshot() const { return snapshot_text(impl_->snapshot(), impl_->state_shape()); }
+
+Status Simulation::restore_snapshot(const std::string& text, const std::string& source) {
+  Result<WorldSnapshot> read = read_snapshot(text, impl_->state_shape(), source);
+  if (!read) return read.error();
+  prepare_ode();
+  read->object_set = ++impl_->last_object_set;
+  impl_->restore(*read);
+  return {};
+}
+
 SimulationState Simulation::Impl::state() const {
   SimulationState state;
   state.period = period;

@@ -47,6 +47,14 @@ class AppFile : public testing::Test {
   test::TempFolder folder_;
 };
 
+TEST_F(AppFile, AProcessMayBeCalledAsADefaultIs) {
+  const auto app = load(kSmall, {"robot=fake", "robot.base=free"});
+  ASSERT_TRUE(app.ok()) << app.error().message;
+  EXPECT_EQ(app->robot, "fake");
+  ASSERT_EQ(app->processes[0].name, "robot");
+  EXPECT_EQ(app->processes[0].parameters["base"].as<std::string>(), "free");
+}
+
 TEST_F(AppFile, TheShippedAppsAreValid) {
   int count = 0;
   for (const auto& entry :

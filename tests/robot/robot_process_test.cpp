@@ -314,6 +314,17 @@ TEST_F(RobotProcess, ARobotOrSettingThatDoesNotExistIsNamed) {
   EXPECT_NE(said2.find("speed"), std::string::npos) << said2;
 }
 
+TEST_F(RobotProcess, ASnapshotThatIsNoneIsRefused) {
+  const auto [code, said] = run_failing("icub_sim", {"--set", "start_from=/nowhere/half.json"});
+  EXPECT_EQ(code, 3) << said;
+  EXPECT_NE(said.find("/nowhere/half.json"), std::string::npos) << said;
+  const std::string file = (folder_ / "half.json").string();
+  std::ofstream(file) << R"({"format": "nido snapshot 2"})";
+  const auto [code2, said2] = run_failing("icub_sim", {"--set", "start_from=" + file});
+  EXPECT_EQ(code2, 2) << said2;
+  EXPECT_NE(said2.find("is no snapshot of a robot"), std::string::npos) << said2;
+}
+
 TEST_F(RobotProcess, ADeviceThatFailsEndsTheProcessWithItsName) {
   const std::string urdf = std::string(NIDO_CONFIG_DIR) + "/robots/icub.urdf";
   const std::string file = write(

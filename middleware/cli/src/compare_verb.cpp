@@ -51,8 +51,9 @@ class Comparison {
   Comparison(mcap::Reader& a, mcap::Reader& b, const CompareRequest& request)
       : readers_{&a, &b}, request_(request) {}
 
-  // Goes through both files to the end of the shorter one, or to --to.
+  // Goes through both files from --from to the end of the shorter one, or to --to.
   void run() {
+    const std::uint64_t from_ns = readers_[0]->start_ns() + static_cast<std::uint64_t>(request_.from_s * 1e9);
     for (int side = 0; side < 2; ++side) {
       std::set<std::uint16_t> wanted;
       for (const auto& [id, channel] : readers_[side]->channels()) {
@@ -62,7 +63,7 @@ class Comparison {
       }
       // without any channel all would be read
       if (wanted.empty()) return;
-      readers_[side]->rewind(0, wanted);
+      readers_[side]->rewind(from_ns, wanted);
     }
     for (auto port = only_a_.begin(); port != only_a_.end();) {
       const bool is_in_both = only_b_.erase(port->first) > 0;
@@ -89,7 +90,7 @@ class Comparison {
       const auto port = ports_.find(channel.topic);
       if (port != ports_.end() && port->second.difference.empty()) judge(port->second, channel, end_ns + 1);
     }
-    compared_s_ = static_cast<double>(end_ns - std::min(end_ns, readers_[0]->start_ns())) * 1e-9;
+    compared_s_ = static_cast<double>(end_ns - std::min(end_ns, from_ns)) * 1e-9;
   }
 
   [[nodiscard]] int print(bool json) const {

@@ -316,6 +316,9 @@ void add_compare(CLI::App& root, cli::Common& common, cli::CompareRequest& reque
       ->expected(1)
       ->take_all()
       ->type_name("PORT");
+  verb->add_option("--from", request.from_s, "nothing before this, s since the first one's first message")
+      ->check(CLI::NonNegativeNumber)
+      ->type_name("SECONDS");
   verb->add_option("--to", request.to_s, "no further than this; to the end of the shorter one otherwise")
       ->check(CLI::NonNegativeNumber)
       ->type_name("SECONDS");

@@ -70,6 +70,7 @@ struct CompareRequest {
   std::string second;
   std::vector<std::string> ports;
   std::vector<std::string> except;
+  double from_s = 0;
   double to_s = -1;  // < 0: to the end of the shorter one
 };
 int compare(const Common& common, const CompareRequest& request);

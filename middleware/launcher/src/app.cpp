@@ -161,17 +161,20 @@ Result<Override> parse_set(const std::string& text, const YAML::Node& document) 
   const std::string first = result.path.substr(0, result.path.find('.'));
   if (field_of(app_schema(), first) != nullptr) return result;
   const Schema& defaults = *field_of(app_schema(), "defaults")->inner;
-  if (field_of(defaults, first) != nullptr) {
-    result.path = "defaults." + result.path;
-    return result;
-  }
   std::vector<std::string> processes;
   if (document.IsMap() && document["processes"] && document["processes"].IsSequence()) {
     for (const auto& item : document["processes"]) {
       if (item.IsMap() && item["name"] && item["name"].IsScalar()) processes.push_back(item["name"].Scalar());
     }
   }
-  if (std::find(processes.begin(), processes.end(), first) != processes.end()) {
+  const bool is_process = std::find(processes.begin(), processes.end(), first) != processes.end();
+  // robot=NAME is the default, robot.KEY is of the process of that name: the default has no keys inside
+  if (const Field* field = field_of(defaults, first);
+      field != nullptr && (!is_process || first == result.path || field->inner != nullptr)) {
+    result.path = "defaults." + result.path;
+    return result;
+  }
+  if (is_process) {
     if (first == result.path) {
       return Error{ErrorCode::kInvalidArgument,
                    fmt::format("{}: '{}' is a whole process: name one of its parameters, as in {}.KEY",

@@ -91,6 +91,24 @@ class FileReplayer final : public Replayer {
     return {};
   }
 
+  Status take_tick(Time now, Time next) override {
+    if (!is_begun_) reader_->rewind(static_cast<std::uint64_t>(now.ns) + 1, wanted_);
+    is_begun_ = true;
+    for (;;) {
+      if (!next_) next_ = reader_->next();
+      if (!next_ || static_cast<std::int64_t>(next_->log_time_ns) > next.ns) return {};
+      const auto time_ns = static_cast<std::int64_t>(next_->log_time_ns);
+      const auto output = outputs_.find(next_->channel_id);
+      if (time_ns > now.ns && output != outputs_.end()) {
+        const RawMessage raw(next_->data);
+        if (Status written = output->second->write(&raw); !written) return written;
+        ++progress_.messages;
+        progress_.at_s = static_cast<double>(time_ns - static_cast<std::int64_t>(reader_->start_ns())) * 1e-9;
+      }
+      next_.reset();
+    }
+  }
+
   [[nodiscard]] const Progress& progress() const override { return progress_; }
   [[nodiscard]] std::vector<std::string> ports() const override {
     std::vector<std::string> names;
@@ -210,6 +228,8 @@ class FileReplayer final : public Replayer {
   const ReplayOptions options_;
   Progress progress_;
   SteadyClock::time_point last_asked_;
+  bool is_begun_ = false;              // by take_tick()
+  std::optional<mcap::Message> next_;  // its turn has not come yet
   std::set<std::uint16_t> wanted_;
   std::set<std::uint16_t> clock_channels_;
   std::map<std::uint16_t, std::shared_ptr<RawOutput>> outputs_;  // by channel

@@ -33,7 +33,8 @@ class CameraServer final : public IServer {
         camera_(camera),
         shutter_(serving.latency_ns > 0 ? dynamic_cast<IShutter*>(&camera) : nullptr),
         serving_(std::move(serving)),
-        due_(serving_.period_ns) {}
+        due_(serving_.period_ns),
+        has_delivered_(!serving_.first_at_once) {}
 
   Status open() {
     auto image = node_.open_output<msgs::Image>(stem_ + "/image:o", Profile::kSensor);

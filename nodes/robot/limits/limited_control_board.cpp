@@ -276,6 +276,26 @@ void LimitedControlBoard::report(int joint, const std::string& what) const {
                               options_.command_timeout_ns / 1'000'000));
 }
 
+LimitedControlBoard::Memory LimitedControlBoard::memory() const {
+  const std::lock_guard lock(mutex_);
+  return {streams_, target_rad_, is_driven_, stepped_ns_};
+}
+
+Status LimitedControlBoard::set_memory(const Memory& memory) {
+  const std::size_t count = widest_.size();
+  if (memory.streams.size() != count || memory.target_rad.size() != count ||
+      memory.is_driven.size() != count) {
+    return Error{ErrorCode::kInvalidArgument, fmt::format("{}: what is remembered is of {} joints, not {}",
+                                                          options_.part, memory.streams.size(), count)};
+  }
+  const std::lock_guard lock(mutex_);
+  streams_ = memory.streams;
+  target_rad_ = memory.target_rad;
+  is_driven_ = memory.is_driven;
+  stepped_ns_ = memory.stepped_ns;
+  return {};
+}
+
 int LimitedControlBoard::axes() const { return static_cast<int>(widest_.size()); }
 Result<std::vector<JointLimits>> LimitedControlBoard::limits() const {
   const std::lock_guard lock(mutex_);

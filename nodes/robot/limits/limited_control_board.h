@@ -82,8 +82,6 @@ class LimitedControlBoard final : public LayeredBoard,
   Status set_velocity_limit(int joint, double max_rad_s) override;
   [[nodiscard]] Result<std::vector<double>> greatest_currents() const override;
 
- private:
-  [[nodiscard]] IControlBoard& inner() const override { return device_; }
   // What a joint is being streamed; mode position means that nothing is.
   struct Stream {
     ControlMode mode = ControlMode::kPosition;
@@ -91,6 +89,20 @@ class LimitedControlBoard final : public LayeredBoard,
     double sent = 0;              // what the device got last
     std::int64_t renewed_ns = 0;  // when the last command came
   };
+  // What the layer remembers of what was commanded, to go on from a moment (robot_snapshot.h).
+  struct Memory {
+    std::vector<Stream> streams;  // (axes)
+    std::vector<std::optional<double>>
+        target_rad;               // (axes) of motions of the device's own, if they are known
+    std::vector<bool> is_driven;  // (axes) by a motion of the device's own
+    std::int64_t stepped_ns = 0;
+  };
+  [[nodiscard]] Memory memory() const;
+  // Refused when it is of another number of axes; commands nothing.
+  Status set_memory(const Memory& memory);
+
+ private:
+  [[nodiscard]] IControlBoard& inner() const override { return device_; }
   LimitedControlBoard(IControlBoard& device, const IClock& clock, LimitOptions options,
                       std::vector<JointLimits> limits);
   [[nodiscard]] Status may_command() const {

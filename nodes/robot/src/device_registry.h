@@ -47,6 +47,7 @@ struct RunSettings {
   std::uint64_t seed = 1;
   std::string base;  // what holds a simulated root; empty: as the robot file says
   AudioSettings audio;
+  bool goes_on = false;        // from a snapshot: nothing is at its beginning
   std::filesystem::path said;  // sound file for what the robot says; empty: none
 };
 

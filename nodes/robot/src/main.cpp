@@ -16,10 +16,23 @@ namespace nido {
 namespace {
 
 // The robot makes the time: the clock is published after each control period, and waited for in lockstep.
-Status run_simulated(Node& node, Robot& robot, const RobotFile& file, ClockControl& clock) {
+Status run_simulated(Node& node, Robot& robot, const RobotFile& file, const RobotSettings& settings,
+                     std::int64_t start_ns, ClockControl& clock) {
   const auto period_ns = Time::from_seconds(file.period_s).ns;
   const auto log = [&node](const std::string& sentence) { node.log_info(sentence); };
-  for (std::int64_t now_ns = 0;;) {
+  if (settings.run.goes_on) {
+    // What is said in the first tick of all is not handed out to this process: whether it comes would be
+    // chance. So that one is of the period before, and nothing is missing of the first that counts.
+    if (Status told = node.publish_clock(Time{start_ns - period_ns}); !told) return told;
+    if (Status published = robot.publish(); !published) return published;
+  }
+  for (std::int64_t now_ns = start_ns;;) {
+    if (!settings.snapshot_file.empty() && now_ns == settings.snapshot_at_s * 1'000'000'000) {
+      const Result<RobotSnapshot> made = robot.snapshot();
+      if (!made) return made.error();
+      if (Status kept = write_robot_snapshot(*made, settings.snapshot_file); !kept) return kept;
+      log("snapshot " + settings.snapshot_file.string());
+    }
     if (Status told = node.publish_clock(Time{now_ns}); !told) return told;
     std::int64_t next_ns = now_ns + period_ns;
     if (robot.has_far_time()) {
@@ -41,10 +54,22 @@ Status run(Node& node) {
   // or its own seconds
   const bool makes_time = file->simulated_time || node.options().clock != ClockMode::kWall;
   const std::optional<double> rate = file->simulated_time ? settings->rate : 1.0;
-  const std::int64_t start_ns = makes_time ? 0 : node.now().ns;
+  std::int64_t start_ns = makes_time ? 0 : node.now().ns;
+  std::optional<RobotSnapshot> before;
+  if (!settings->start_from.empty()) {
+    auto read = read_robot_snapshot(settings->start_from);
+    if (!read) return read.error();
+    before = std::move(*read);
+    start_ns = before->time_ns;
+  }
   std::unique_ptr<ClockControl> clock;  // outlives the robot, whose world port asks it
   const Result<std::unique_ptr<Robot>> robot = Robot::create(node, *file, settings->run, start_ns);
   if (!robot) return robot.error();
+  if (before) {
+    if (Status restored = (*robot)->go_on_from(*before, settings->start_from.string()); !restored)
+      return restored;
+    before.reset();
+  }
   if (makes_time) {
     auto control = ClockControl::open(node, rate, settings->is_paused);
     if (!control) return control.error();
@@ -54,11 +79,13 @@ Status run(Node& node) {
   if (settings->window || file->window) {
     if (Status opened = (*robot)->open_window(); !opened) return opened;
   }
-  if (Status published = (*robot)->publish(); !published) return published;
+  if (!settings->run.goes_on) {
+    if (Status published = (*robot)->publish(); !published) return published;
+  }
   // reading meshes, textures and the body leaves megabytes behind that nobody needs any more
   malloc_trim(0);
   node.set_ready();
-  const Status ended = makes_time ? run_simulated(node, **robot, *file, *clock)
+  const Status ended = makes_time ? run_simulated(node, **robot, *file, *settings, start_ns, *clock)
                                   : node.run([&robot](Time now) { return (*robot)->step_to(now.ns); });
   // asked to stop is what a robot process ends with
   if (!ended && ended.error().code == ErrorCode::kInterrupted) return {};

@@ -31,6 +31,7 @@ Robot::~Robot() = default;
 Result<std::unique_ptr<Robot>> Robot::create(Node& node, const RobotFile& file, const RunSettings& run,
                                              std::int64_t start_ns) {
   std::unique_ptr<Robot> robot(new Robot(node, start_ns));
+  robot->goes_on_ = run.goes_on;
   DeviceContext context{robot->clock_, file.path, run, file.simulation, nullptr, nullptr};
   context.board = [&robot](const std::string& name) { return robot->board(name); };
   if (Status made = robot->make_safety(file); !made) return made.error();
@@ -168,9 +169,9 @@ Status Robot::add_server(const ServerEntry& entry) {
             return serve_control_board(node_, port, *found->limited, period_ns);
           },
           [&](std::unique_ptr<ICamera>& camera) -> Opened {
-            return serve_camera(
-                node_, port, *camera,
-                {period_ns, static_cast<std::int64_t>(entry.latency_s * 1e9), entry.frame, entry.on_demand});
+            return serve_camera(node_, port, *camera,
+                                {period_ns, static_cast<std::int64_t>(entry.latency_s * 1e9), entry.frame,
+                                 entry.on_demand, !goes_on_});
           },
           [&](std::unique_ptr<IDepthCamera>& camera) -> Opened {
             return serve_depth(node_, port, *camera, period_ns, entry.frame);
@@ -198,6 +199,36 @@ Status Robot::add_server(const ServerEntry& entry) {
       found->device);
   if (!server) return server.error();
   servers_.push_back(std::move(*server));
+  return {};
+}
+
+Result<RobotSnapshot> Robot::snapshot() const {
+  if (!simulated_) return Error{ErrorCode::kUnsupported, "only a simulated robot has snapshots"};
+  RobotSnapshot made{clock_.now_ns(), {}, {}};
+  {
+    const std::lock_guard lock(simulated_->mutex());
+    made.simulation = simulated_->simulation().snapshot();
+  }
+  for (const Device& device : devices_) {
+    if (device.limited) made.boards.emplace(device.name, device.limited->memory());
+  }
+  return made;
+}
+
+Status Robot::go_on_from(const RobotSnapshot& snapshot, const std::string& source) {
+  if (!simulated_) return Error{ErrorCode::kUnsupported, "only a simulated robot goes on from a snapshot"};
+  if (Status restored = simulated_->restore(snapshot.simulation, source, snapshot.time_ns); !restored)
+    return restored;
+  for (const Device& device : devices_) {
+    if (!device.limited) continue;
+    const auto memory = snapshot.boards.find(device.name);
+    if (memory == snapshot.boards.end()) {
+      return Error{
+          ErrorCode::kInvalidArgument,
+          fmt::format("{}: is a snapshot of another robot: it has no board '{}'", source, device.name)};
+    }
+    if (Status set = device.limited->set_memory(memory->second); !set) return set;
+  }
   return {};
 }
 

@@ -13,6 +13,7 @@
 #include "src/device_registry.h"
 #include "src/heartbeat.h"
 #include "src/robot_file.h"
+#include "src/robot_snapshot.h"
 
 namespace nido::sim {
 class Window;
@@ -36,6 +37,10 @@ class Robot {
   Status publish();
   // Whether time is made by a robot on a network, and not by this process.
   [[nodiscard]] bool has_far_time() const { return yarp_network_ != nullptr; }
+  // The moment that it is in, between two control periods; kUnsupported without a simulator.
+  [[nodiscard]] Result<RobotSnapshot> snapshot() const;
+  // Goes on from a snapshot of the same robot file, whose time was given to create(). Before publish().
+  Status go_on_from(const RobotSnapshot& snapshot, const std::string& source);
   // Shows the simulated world in a window until it is closed. kInvalidArgument without a simulator,
   // kNotFound without a display. After set_clock().
   Status open_window();
@@ -67,6 +72,7 @@ class Robot {
   Node& node_;
   // in this order, so that servers end before what they serve, and devices before their clock
   ManualClock clock_;
+  bool goes_on_ = false;  // from a snapshot
   std::shared_ptr<sim::SimulatedRobot> simulated_;
   std::shared_ptr<yarp::Network> yarp_network_;
   bool is_following_ = false;

@@ -53,6 +53,16 @@ const Schema& settings_schema() {
         .fallback = "''",
         .meaning = "what holds the simulated robot's root; empty: as the robot file says",
         .allowed = {"", "fixed", "stand", "free"}},
+       {.key = "start_from",
+        .fallback = "''",
+        .meaning = "snapshot of a simulated robot to go on from; empty: from the beginning"},
+       {.key = "snapshot_file", .fallback = "''", .meaning = "where a snapshot is kept, at snapshot_at_s"},
+       {.key = "snapshot_at_s",
+        .kind = ValueKind::kInteger,
+        .fallback = "10",
+        .meaning = "simulated time of the snapshot: whole seconds, at which all ports begin a period",
+        .min = 1,
+        .max = 1000000},
        {.key = "lockstep",
         .kind = ValueKind::kAnyMap,
         .fallback = "{}",
@@ -89,6 +99,10 @@ Result<RobotSettings> read_settings(const YAML::Node& parameters, std::uint64_t 
   if (const auto rate = values["rate"].as<std::string>(); rate != "max")
     settings.rate = values["rate"].as<double>();
   settings.is_paused = values["paused"].as<bool>();
+  settings.start_from = values["start_from"].as<std::string>();
+  settings.run.goes_on = !settings.start_from.empty();
+  settings.snapshot_file = values["snapshot_file"].as<std::string>();
+  settings.snapshot_at_s = values["snapshot_at_s"].as<std::int64_t>();
   settings.run.base = values["base"].as<std::string>();
   settings.window = values["window"].as<bool>();
   const YAML::Node audio = values["audio"];

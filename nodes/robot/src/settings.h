@@ -14,9 +14,12 @@ namespace nido {
 // The parameters of the process, as the launcher or the command line gives them.
 struct RobotSettings {
   std::filesystem::path robot_file;
-  std::optional<double> rate;  // simulated seconds per second; none: as fast as possible
-  bool window = false;         // on this computer's display
-  bool is_paused = false;      // time begins when somebody says so (nido clock run)
+  std::optional<double> rate;           // simulated seconds per second; none: as fast as possible
+  bool window = false;                  // on this computer's display
+  bool is_paused = false;               // time begins when somebody says so (nido clock run)
+  std::filesystem::path start_from;     // snapshot to go on from; empty: from the beginning
+  std::filesystem::path snapshot_file;  // where a snapshot is kept, at snapshot_at_s; empty: nowhere
+  std::int64_t snapshot_at_s = 0;
   RunSettings run;
 };
 

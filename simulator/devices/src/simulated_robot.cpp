@@ -36,6 +36,14 @@ Status SimulatedRobot::step_to(std::int64_t now_ns) {
   return {};
 }
 
+Status SimulatedRobot::restore(const std::string& snapshot, const std::string& source, std::int64_t now_ns) {
+  const std::lock_guard lock(mutex_);
+  if (Status restored = simulation_->restore_snapshot(snapshot, source); !restored) return restored;
+  now_ns_.store(now_ns);
+  scene_.reset();
+  return {};
+}
+
 std::future<Result<Image>> SimulatedRobot::begin_picture(const Camera& camera, Image storage,
                                                          Darkroom::Finish finish) {
   storage.stamp_ns = now_ns_.load();

@@ -135,6 +135,11 @@ class Simulation {
   // Fast there-and-back for learning. restore() refuses a state of another simulation or of other objects.
   [[nodiscard]] SavedState save() const;
   Status restore(const SavedState& state);
+  // The whole state as the text of a snapshot file (docs/world.md), and back: with another simulation of the
+  // same robot and base, in another process too, the same future. restore_snapshot() changes nothing when it
+  // refuses; `source` names the text in failures.
+  [[nodiscard]] std::string snapshot() const;
+  Status restore_snapshot(const std::string& text, const std::string& source);
 
   // -- joints; part is an index into parts()
   // ------------------------------------------------------------------------

@@ -29,8 +29,9 @@ struct ReplayOptions {
 // Publishes what an MCAP file holds, byte for byte, on the ports of the same names. Not thread-safe.
 class Replayer {
  public:
-  // `node`: writes the ports; its clock is wall, or lockstep: then it owns the clock and its members
-  // (parameter lockstep.nodes) take part in every tick of the recording. `side`: a hidden node for types that
+  // `node`: writes the ports; its clock is wall, or lockstep: then either it owns the clock and its members
+  // (parameter lockstep.nodes) take part in every tick of the recording (run()), or it is a member itself and
+  // says in each tick what was said in it (take_tick()). `side`: a hidden node for types that
   // nodes use themselves. Both outlive the replayer, and no other node of this process uses the types.
   // kTaken if a port has an owner, kNotFound if no port of the file is asked for, kUnsupported for messages
   // that are not CDR.
@@ -46,6 +47,10 @@ class Replayer {
   // Until the end of the file, or until is_stopped(), which is asked at least every 50 ms. kTimeout if the
   // inputs that were asked for did not come.
   virtual Status run(const std::function<bool(const Progress&)>& is_stopped) = 0;
+  // In each tick of a clock that somebody else owns: writes what was recorded after the tick `now` up to the
+  // next one, which is what was written in it in a run that was recorded in lockstep. What is older at the
+  // first call is left out; after the file's end there is nothing to write.
+  virtual Status take_tick(Time now, Time next) = 0;
   [[nodiscard]] virtual const Progress& progress() const = 0;
   [[nodiscard]] virtual std::vector<std::string> ports() const = 0;
 };

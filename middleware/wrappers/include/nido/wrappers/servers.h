@@ -28,10 +28,11 @@ struct CameraServing {
   std::int64_t period_ns = 33'333'333;
   // Time between a picture's taking and its publication, as real cameras have it, for cameras with a shutter;
   // others publish what they see at once. Shorter than the period. The stamp is that of the taking. The first
-  // picture is published at once.
+  // picture is published at once if first_at_once: somebody may wait for it.
   std::int64_t latency_ns = 0;
   std::string frame_id{};
   bool on_demand = false;  // only while somebody is connected
+  bool first_at_once = true;
 };
 
 // STEM/image:o Image rgb8 (profile sensor), STEM/camera_info:o CameraInfo (profile state), both at the same

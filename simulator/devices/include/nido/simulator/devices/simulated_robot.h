@@ -51,6 +51,9 @@ class SimulatedRobot final : public ISteppable, public IClock {
   Status step_to(std::int64_t now_ns) override;
   [[nodiscard]] std::int64_t now_ns() const override { return now_ns_.load(); }
 
+  // Goes on from a snapshot (Simulation::snapshot()), as if it had been there: its time is the time now.
+  Status restore(const std::string& snapshot, const std::string& source, std::int64_t now_ns);
+
   // Hold this lock while the references below are used.
   [[nodiscard]] FairMutex& mutex() const { return mutex_; }
   [[nodiscard]] Simulation& simulation() { return *simulation_; }
