@@ -85,9 +85,12 @@ void ObjectBody::set_velocity(const Eigen::Vector3d& v, const Eigen::Vector3d& w
   wake();
 }
 
-void ObjectBody::push(const Eigen::Vector3d& force_World_N, const Eigen::Vector3d& torque_World_Nm,
-                      double duration_s) {
-  push_ = {force_World_N, torque_World_Nm, duration_s};
+Eigen::Vector3d ObjectBody::point_of_body(const Eigen::Vector3d& p_World_m) const {
+  return body_ == nullptr ? Eigen::Vector3d(Eigen::Vector3d::Zero()) : body_pose(body_).inverse() * p_World_m;
+}
+
+void ObjectBody::push(const Push& push) {
+  push_ = push;
   wake();
 }
 
@@ -96,7 +99,8 @@ void ObjectBody::apply_push(double step_s) {
   if (body_ == nullptr || push_.left_s < step_s / 2) return;
   wake();
   const Eigen::Vector3d& f = push_.force_World_N;
-  const Eigen::Vector3d& t = push_.torque_World_Nm;
+  const Eigen::Vector3d t =
+      push_.torque_World_Nm + (body_pose(body_).linear() * push_.p_ComPoint_Body_m).cross(f);
   dBodyAddForce(body_, f.x(), f.y(), f.z());
   dBodyAddTorque(body_, t.x(), t.y(), t.z());
   push_.left_s -= step_s;

@@ -57,9 +57,16 @@ class ObjectBody {
   void set_mass_kg(double mass_kg);
   // Of the centre of mass; nothing for static objects.
   void set_velocity(const Eigen::Vector3d& v_World_m_s, const Eigen::Vector3d& w_World_rad_s);
-  // Acts at the centre of mass in every physics step of the time from now on; a new push takes the place of
-  // the old one.
-  void push(const Eigen::Vector3d& force_World_N, const Eigen::Vector3d& torque_World_Nm, double duration_s);
+  struct Push {
+    Eigen::Vector3d force_World_N = Eigen::Vector3d::Zero();
+    Eigen::Vector3d torque_World_Nm = Eigen::Vector3d::Zero();
+    double left_s = 0;
+    Eigen::Vector3d p_ComPoint_Body_m = Eigen::Vector3d::Zero();  // where it acts, moving along
+  };
+  // The point's offset from the centre of mass in the body's axes, as a push wants it.
+  [[nodiscard]] Eigen::Vector3d point_of_body(const Eigen::Vector3d& p_World_m) const;
+  // Acts in every physics step of the time that it has left; a new push takes the place of the old one.
+  void push(const Push& push);
   // Before every physics step.
   void apply_push(double step_s);
 
@@ -68,11 +75,6 @@ class ObjectBody {
   [[nodiscard]] bool hardly_moves() const;
   void wake();
 
-  struct Push {
-    Eigen::Vector3d force_World_N = Eigen::Vector3d::Zero();
-    Eigen::Vector3d torque_World_Nm = Eigen::Vector3d::Zero();
-    double left_s = 0;
-  };
   struct Motion {
     Eigen::Isometry3d X_WorldObject = Eigen::Isometry3d::Identity();  // static objects only
     std::array<dReal, 3> position{};

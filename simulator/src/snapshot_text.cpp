@@ -73,7 +73,9 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(VisualShape, kind, size, mesh_path, rgba, tex
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(PlacedShape, shape, X_OwnerShape, mass_kg)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ObjectDescription, name, kind, is_static, touches_robot, surface, shapes,
                                    X_WorldObject)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ObjectBody::Push, force_World_N, torque_World_Nm, left_s)
+// a push at the centre of mass says nothing of a point in older files
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(ObjectBody::Push, force_World_N, torque_World_Nm, left_s,
+                                                p_ComPoint_Body_m)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ObjectBody::Motion, X_WorldObject, position, quaternion, rotation,
                                    velocity, angular_velocity, enabled, quiet_s, push)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RobotTree::State, angle_rad, speed_rad_s, at_torque)

@@ -2,6 +2,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <optional>
 
 #include "world_verbs.h"
 
@@ -17,6 +18,7 @@ constexpr double kMostTurn_rad_s = 200;
 constexpr double kMostForce_N = 1000;
 constexpr double kMostTorque_Nm = 100;
 constexpr double kLongestPush_s = 60;
+constexpr double kFarthest_m = 100;
 
 // What the shapes fill, counted one by one where they overlap.
 double volume_m3(const ObjectDescription& description) {
@@ -79,12 +81,18 @@ std::string push(Impl& sim, Arguments& arguments, const char* reason, const char
       arguments.ok() && !arguments.done()
           ? arguments.number(reason, "the time (s)", Simulation::kControlPeriod_s, kLongestPush_s)
           : Simulation::kControlPeriod_s;
+  std::optional<Eigen::Vector3d> p_World_m;
+  if (arguments.ok() && !turns && !arguments.done())
+    p_World_m = X_WorldPort() * arguments.vector(reason, "the point (m)", -kFarthest_m, kFarthest_m);
   arguments.end();
   if (!arguments.ok()) return arguments.failure();
   ObjectBody& object = *sim.objects[index];
   if (object.body() == nullptr) return no_motion(reason);
-  const Eigen::Vector3d zero = Eigen::Vector3d::Zero();
-  object.push(turns ? zero : v, turns ? v : zero, duration_s);
+  ObjectBody::Push push;
+  (turns ? push.torque_World_Nm : push.force_World_N) = v;
+  push.left_s = duration_s;
+  if (p_World_m) push.p_ComPoint_Body_m = object.point_of_body(*p_World_m);
+  object.push(push);
   return "[ok]";
 }
 
@@ -178,9 +186,10 @@ constexpr std::array<WorldVerb, 7> kVerbs = {{
     {"restitution", set_restitution, "OBJECT [0..1]", "a pair bounces with the lower of both",
      "world restitution sph 1 0.8"},
     {"speed", set_speed, "OBJECT [VX VY VZ [WX WY WZ]]", "m/s and rad/s", "world speed sph 1 0 2 0"},
-    {"force", set_force, "OBJECT FX FY FZ [SECONDS]",
-     "N at the centre of mass, for 0.01 s if not said; in place of the push before",
-     "world force box 1 0 0 2 0.5"},
+    {"force", set_force, "OBJECT FX FY FZ [SECONDS [X Y Z]]",
+     "N, for 0.01 s if not said, at the centre of mass or at a point, which then moves with the thing; in "
+     "place of the push before",
+     "world force box 1 0 0 2 0.5 0.12 0.6 0.3"},
     {"torque", set_torque, "OBJECT TX TY TZ [SECONDS]", "N m; in place of the push before",
      "world torque box 1 0 0.01 0 0.1"},
 }};
