@@ -85,9 +85,9 @@ double misfit(const std::vector<Decoder::Segment>& words, const std::vector<Deco
 // phrase fit worse and hardly harms the best sounds, so the bound of the misfit rises with it. Where the
 // sounds were weighed, they speak too: a logistic regression over the tuning's answers (docs/speech.md). It
 // is milder with `new_words`, which sound as one dictionary has them, not as many voices were heard to say
-// them.
+// them; to name a thing, which moves nothing, the misfit alone is enough, too.
 double confidence_of(double misfit, double loudness_db, const std::optional<SoundEvidence>& sounds,
-                     bool new_words) {
+                     bool new_words, bool naming) {
   constexpr double kQuietBound = 0.8;
   constexpr double kQuiet_db = 40.0;  // loudness over the background from which on noise does not matter
   constexpr double kRise = 0.03;      // of the bound, a dB
@@ -104,10 +104,11 @@ double confidence_of(double misfit, double loudness_db, const std::optional<Soun
     constexpr double kWorstWord = 1.65;
     constexpr double kGap = -2.5;
     constexpr double kNewWords = 3.0;
-    belief = kConstant + (new_words ? kNewWords : 0.0) + kMisfit * std::clamp(excess, -4.0, 3.0) +
-             kSecondWorst * std::clamp(sounds->second_worst, -5.0, 3.0) + kMean * sounds->mean_sound +
-             kWorstWord * std::clamp(sounds->worst_word, -3.0, 2.0) +
-             kGap * std::sqrt(std::min(sounds->gap, 1.5));
+    const double weighed =
+        kConstant + (new_words ? kNewWords : 0.0) + kMisfit * std::clamp(excess, -4.0, 3.0) +
+        kSecondWorst * std::clamp(sounds->second_worst, -5.0, 3.0) + kMean * sounds->mean_sound +
+        kWorstWord * std::clamp(sounds->worst_word, -3.0, 2.0) + kGap * std::sqrt(std::min(sounds->gap, 1.5));
+    belief = naming ? std::max(belief, weighed) : weighed;
   }
   return 1.0 / (1.0 + std::exp(-belief));
 }
@@ -283,7 +284,8 @@ struct SpeechCore::Impl {
     heard.misfit = misfit(words, phones);
     heard.loudness_db = loudness_db;
     heard.sounds = evidence;
-    heard.confidence = confidence_of(heard.misfit, heard.loudness_db, evidence, has_new_words(text));
+    heard.confidence = confidence_of(heard.misfit, heard.loudness_db, evidence, has_new_words(text),
+                                     book.names_a_thing(text));
     if (too_long) {
       heard.reason = fmt::format("no such phrase: somebody spoke for more than {:.0f} s without a pause",
                                  settings.longest_s);
