@@ -37,16 +37,11 @@ struct Experiment {
 // In the paper's order.
 const std::vector<Experiment>& experiments() {
   static const std::vector<Experiment> list = {
-      {"reach-learning", 2, 2, 50},
-      {"reach-accuracy", 62, 1000, 2.5},
-      {"reach-correction", 10, 50, 4},
-      {"grasp-learning", 20, 100, 8},
-      {"grasp-success", 40, 200, 6},
-      {"goal-learning", 10, 10, 1.3},
-      {"speech", 1, 1, 200},
-      {"speech-and-action", 28, 112, 20, {"--condition", "normal,degraded"}},
-      {"attention", 16, 16, 5},
-      {"teaching", 20, 20, 10},
+      {"reach-learning", 2, 2, 50},    {"reach-accuracy", 62, 1000, 2.5},
+      {"reach-correction", 10, 50, 4}, {"grasp-learning", 20, 100, 8},
+      {"grasp-success", 40, 200, 6},   {"goal-learning", 10, 10, 1.3},
+      {"speech", 1, 1, 200},           {"speech-and-action", 28, 112, 20, {"--condition", "normal,degraded"}},
+      {"attention", 16, 16, 5},        {"teaching", 20, 20, 10},
       {"self-calibration", 3, 10, 60},
   };
   return list;

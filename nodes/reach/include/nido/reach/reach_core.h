@@ -90,7 +90,7 @@ struct ReachOptions {
   double led_m = 0.008;              // the hand that was moved so far and then rests was led there
   double led_rest_s = 0.7;
   double give_way_rad = 0.002;  // while it is led, a joint's target stays so near to the joint
-  double yield_s = 20.0;  // for so long it lets itself be led
+  double yield_s = 20.0;        // for so long it lets itself be led
   double encoders_missing_s = 0.5;
 };
 
