@@ -12,8 +12,9 @@ constexpr int kViewsJudgedFully = 5;   // first views of a thing are compared wi
 constexpr int kJudgeEvery = 15;        // later ones only now and then
 constexpr double kExplained = 0.93;    // overlap of a template that explains what is seen well
 constexpr double kWithin = 0.5;        // of a blob that lies where a thing is expected: it belongs to it
-constexpr double kStillThere = 0.97;   // of what is expected is covered by what is seen
-constexpr double kGrown = 1.1;         // and what is seen is so much larger
+constexpr double kWhole = 0.9;  // of what is expected is covered by those blobs: nothing of it is missing
+constexpr double kStillThere = 0.97;  // of what is expected is covered by what is seen
+constexpr double kGrown = 1.1;        // and what is seen is so much larger
 constexpr double kClearlyBetter = 0.03;
 constexpr int kDoubtEvery = 3;  // views that a thing explains poorly
 constexpr int kDoubts = 4;  // looks one after the other in which another thing explains them: that one it is
@@ -84,8 +85,12 @@ std::optional<ObjectTracker::Claim> ObjectTracker::claim(const Track& track, con
       near.push_back(b);
       if (inside_fraction(blobs[b].hull, expected) > kWithin) within.push_back(b);
     }
-    // what lies beside a thing that is where it was is another thing, of whatever colour
-    for (const std::size_t b : within.empty() ? near : within) {
+    // what lies beside a thing that is whole, and where it was, is another thing, of whatever colour
+    std::vector<Eigen::Vector2d> corners;
+    for (const std::size_t b : within)
+      corners.insert(corners.end(), blobs[b].hull.begin(), blobs[b].hull.end());
+    const bool whole = !within.empty() && inside_fraction(expected, convex_hull(std::move(corners))) > kWhole;
+    for (const std::size_t b : whole ? within : near) {
       mine[e].push_back(b);
       if (points.empty()) {
         result.biggest[e] = static_cast<int>(b);
