@@ -97,7 +97,7 @@ double confidence_of(double misfit, double loudness_db, const std::optional<Soun
   const double excess = misfit - bound;
   double belief = -kSteepness * excess;
   if (sounds) {
-    constexpr double kConstant = -4.7;
+    constexpr double kConstant = -4.5;
     constexpr double kMisfit = -0.9;
     constexpr double kSecondWorst = 0.85;
     constexpr double kMean = 1.3;
