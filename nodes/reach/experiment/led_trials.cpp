@@ -13,8 +13,8 @@
 
 #include "nido/middleware/node.h"
 #include "nido/middleware/stamp.h"
-#include "nido/middleware/typed_port.h"
 #include "nido/msgs/types.h"
+#include "trial_ports.h"
 #include "trial_world.h"
 
 namespace {
@@ -48,27 +48,10 @@ class Trials {
   Trials(Node& node, Settings settings)
       : node_(node), settings_(std::move(settings)), world_(node), random_(node.options().seed) {}
 
-  Status open() {
-    auto objects = node_.open_input<msgs::Percepts>("/trials/objects:i", Profile::kState);
-    if (!objects) return objects.error();
-    objects_ = std::move(*objects);
-    auto status = node_.open_input<msgs::ActionStatus>("/trials/status:i", Profile::kEvent);
-    if (!status) return status.error();
-    status_ = std::move(*status);
-    auto gaze = node_.open_output<msgs::GazeGoal>("/trials/gaze:o", Profile::kEvent);
-    if (!gaze) return gaze.error();
-    gaze_ = std::move(*gaze);
-    auto goal = node_.open_output<msgs::ActionGoal>("/trials/goal:o", Profile::kEvent);
-    if (!goal) return goal.error();
-    goal_ = std::move(*goal);
-    auto outcome = node_.open_output<msgs::StageEvent>("/trials/outcome:o", Profile::kEvent);
-    if (!outcome) return outcome.error();
-    outcome_ = std::move(*outcome);
-    return {};
-  }
+  Status open() { return ports_.open(node_); }
 
   Status step(Time now) {
-    while (auto status = status_->take()) last_status_ = *status;
+    while (auto status = ports_.status->take()) last_status_ = *status;
     const double t_s = now.seconds() - phase_begin_s_;
     switch (phase_) {
       case Phase::kPlace:
@@ -140,7 +123,7 @@ class Trials {
     goal.size().x(kBallSize_m);
     goal.size().y(kBallSize_m);
     goal.size().z(kBallSize_m);
-    return goal_->write(goal);
+    return ports_.goal->write(goal);
   }
 
   // The eyes look for the ball, and then at it.
@@ -151,12 +134,12 @@ class Trials {
     gaze.header(header_at(now));
     gaze.mode(views_ > 0 ? "object" : "search");
     gaze.target(kBall);
-    return gaze_->write(gaze);
+    return ports_.gaze->write(gaze);
   }
 
   Status see(Time now, double t_s) {
     if (Status watched = watch(now); !watched) return watched;
-    if (auto percepts = objects_->take_latest();
+    if (auto percepts = ports_.objects->take_latest();
         percepts && time_of(percepts->header()).seconds() > phase_begin_s_ + 0.4) {
       for (const auto& object : percepts->objects()) {
         if (object.name() != kBall) continue;
@@ -248,18 +231,14 @@ class Trials {
     event.stage("outcome");
     event.state("done");
     event.text(fmt::format("{} reaches were corrected, in {}", results_.size(), settings_.file));
-    return outcome_->write(event);
+    return ports_.outcome->write(event);
   }
 
   Node& node_;
   Settings settings_;
   TrialWorld world_;
   std::mt19937_64 random_;
-  std::unique_ptr<Input<msgs::Percepts>> objects_;
-  std::unique_ptr<Input<msgs::ActionStatus>> status_;
-  std::unique_ptr<Output<msgs::GazeGoal>> gaze_;
-  std::unique_ptr<Output<msgs::ActionGoal>> goal_;
-  std::unique_ptr<Output<msgs::StageEvent>> outcome_;
+  TrialPorts ports_;
   std::optional<msgs::ActionStatus> last_status_;
   Phase phase_ = Phase::kPlace;
   double phase_begin_s_ = 0.0;
