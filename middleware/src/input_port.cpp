@@ -74,7 +74,7 @@ bool InputPort::Connection::note(const MessageInfo& info) {
   stream.last = info.sequence;
   ++counters_.received;
   counters_.bytes += info.bytes;
-  delays_.note(info.source_time_ns, wall_now_ns());
+  delay_log_.note(info.source_time_ns, wall_now_ns(), counters_);
   return true;
 }
 
@@ -371,7 +371,7 @@ std::string InputPort::delays() const {
   const std::lock_guard lock(mutex_);
   std::string text;
   for (const auto& [source, connection] : connections_) {
-    text += "\n" + source + " " + connection->delays_.text();
+    text += "\n" + source + " " + delay_text(connection->counters_);
   }
   return text;
 }

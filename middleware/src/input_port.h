@@ -74,9 +74,9 @@ class InputPort final : public RawInput, public InputRecord {
   class Connection final : public ReaderEvents {
    public:
     Connection(InputPort& port, std::string source)
-        : port_(port),
-          source_(std::make_shared<const std::string>(source)),
-          counters_{std::move(source), false, 0, 0, 0} {}
+        : port_(port), source_(std::make_shared<const std::string>(source)) {
+      counters_.source = std::move(source);
+    }
     void on_message(std::shared_ptr<void> message, const MessageInfo& info) override;
     void on_matched(const Guid& writer, bool matched) override;
     std::shared_ptr<void> spare_message() override;
@@ -92,7 +92,7 @@ class InputPort final : public RawInput, public InputRecord {
     InputPort& port_;
     const std::shared_ptr<const std::string> source_;
     ConnectionCounters counters_;
-    DelayLog delays_;
+    DelayLog delay_log_;
     std::map<Guid, Stream> streams_;
     std::set<Guid> known_writers_;
     std::uint64_t gap_ = 0;                // lockstep: lost on the way, not told yet

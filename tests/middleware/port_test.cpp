@@ -1,5 +1,7 @@
 #include <algorithm>
+#include <numeric>
 
+#include "delay_log.h"
 #include "test_node.h"
 
 namespace nido::testing {
@@ -34,6 +36,29 @@ TEST_P(EveryProfile, CarriesMessagesInOrder) {
   EXPECT_EQ(connections[0].received, 10U);
   EXPECT_EQ(connections[0].lost, 0U);
   EXPECT_TRUE(connections[0].live);
+  const auto& delays = connections[0].delays;
+  EXPECT_EQ(std::accumulate(delays.begin(), delays.end(), std::uint64_t{0}), 10U) << "each has its delay";
+  EXPECT_EQ(delays[0], 0U) << "nothing travels in less than a microsecond";
+}
+
+TEST(DelayLog, CountsWhatCameAfterItsTime) {
+  constexpr std::int64_t kMs = 1'000'000;
+  ConnectionCounters counters;
+  DelayLog log;
+  log.note(1000 * kMs, 1003 * kMs, counters);  // the first has no rhythm yet
+  log.note(1010 * kMs, 1011 * kMs, counters);
+  EXPECT_EQ(counters.late, 0U);
+  log.note(1020 * kMs, 1035 * kMs, counters);  // the one of 1030 was due
+  EXPECT_EQ(counters.late, 1U);
+  log.note(1030 * kMs, 1030 * kMs, counters);
+  log.note(1040 * kMs, 9'000'000 * kMs, counters);
+  EXPECT_EQ(counters.late, 2U);
+  EXPECT_EQ(counters.delays[0], 1U);
+  EXPECT_EQ(counters.delays[10], 1U) << "1 ms is from 512 to less than 1024 us, rounded down";
+  EXPECT_EQ(counters.delays[12], 1U) << "3 ms";
+  EXPECT_EQ(counters.delays[14], 1U) << "15 ms";
+  EXPECT_EQ(counters.delays.back(), 1U);
+  EXPECT_EQ(delay_text(counters), "late=2 us=1:1,1024:1,4096:1,16384:1,33554432:1");
 }
 
 TEST_P(EveryProfile, ConnectsBeforeTheSourceExists) {

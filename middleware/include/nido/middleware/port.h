@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -20,13 +21,21 @@ enum class Profile {
   kEvent,    // reliable, keeps the last N
 };
 
-// Counters of one connection that ends at an input port.
+// Counters of one connection that ends at an input port. What a Directory tells of other nodes has no `late`
+// and no `delays`: `nido port delay` asks them for those.
 struct ConnectionCounters {
   std::string source;          // name of the output port
   bool live = false;           // the source exists now
   std::uint64_t received = 0;  // messages
   std::uint64_t lost = 0;   // messages that the source wrote and this port never got, or pushed out untaken
   std::uint64_t bytes = 0;  // of the received messages, serialized
+  // Received messages that came when the next one of their rhythm was due already: their delay was longer
+  // than the time between writing them and the one before.
+  std::uint64_t late = 0;
+  // Received messages by wall time from writing to arrival: [0] less than 1 us, [i] from 2^(i-1) to less than
+  // 2^i us, the last one whatever took longer (from 17 s). Between computers it is as exact as their clocks
+  // agree.
+  std::array<std::uint64_t, 26> delays{};
 };
 
 // A message with what is known of its journey.
