@@ -171,6 +171,29 @@ TEST(Phrases, NewOnesAreAddedOrRefused) {
   EXPECT_EQ(book.phrases.size(), 30U);
 }
 
+// "banana a" and "a apple" would fit better than the names alone.
+TEST(Grammar, WordsOfOneSoundAreNoWordsOfTheirOwn) {
+  PhraseBook book = shipped();
+  for (const auto& [word, sounds] : std::map<std::string, std::vector<std::string>>{
+           {"this", {"DH IH S"}}, {"is", {"IH Z"}}, {"a", {"AH", "EY"}}, {"banana", {"B AH N AE N AH"}}}) {
+    book.pronunciations[word] = sounds;
+  }
+  ASSERT_TRUE(book.add_name("banana"));
+  std::istringstream stream(phrase_grammar(book));
+  std::map<std::string, int> loops;  // by word: from a state to itself
+  int articles = 0;
+  for (std::string line; std::getline(stream, line);) {
+    const auto words = split_words(line);
+    if (words[0] != "TRANSITION" || words.size() < 5) continue;
+    if (words[1] == words[2]) ++loops[words[4]];
+    articles += words[4] == "a" ? 1 : 0;
+  }
+  EXPECT_EQ(loops["banana"], 1);
+  EXPECT_EQ(loops["ball"], 1);
+  EXPECT_EQ(loops["a"], 0);
+  EXPECT_EQ(articles, 1);  // in "this is a banana"
+}
+
 // Walks the grammar: every phrase ends in the final state at less cost than its words in the loop.
 TEST(Grammar, HasEveryPhraseAndTheirWordsInAnyOrder) {
   const PhraseBook book = shipped();

@@ -4,11 +4,13 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
 
 #include "evidence.h"
+#include "lexicon.h"
 #include "nido/speech/voice.h"
 
 namespace nido {
@@ -101,6 +103,23 @@ TEST(SoundNetwork, FilesAreCheckedAndComeBackAsTheyWere) {
   EXPECT_EQ(SoundNetwork::load(path).error().code, ErrorCode::kInvalidArgument);
   std::filesystem::remove(path);
   EXPECT_EQ(SoundNetwork::load(path).error().code, ErrorCode::kNotFound);
+}
+
+TEST(Accents, AreAddedToWhatADictionarySays) {
+  const auto has = [](const std::vector<std::string>& all, const std::string& one) {
+    return std::find(all.begin(), all.end(), one) != all.end();
+  };
+  EXPECT_TRUE(has(with_other_accents({"B AH N AE N AH"}), "B AH N AA N AH"));  // banana
+  EXPECT_TRUE(has(with_other_accents({"T AY G ER"}), "T AY G AH"));            // tiger
+  EXPECT_TRUE(has(with_other_accents({"G IH T AA R"}), "G IH T AA"));          // guitar
+  EXPECT_TRUE(has(with_other_accents({"B AA T AH L"}), "B AO T AH L"));        // bottle
+  for (const auto& sounds : with_other_accents({"R AE B AH T"}))               // rabbit
+    EXPECT_EQ(sounds.substr(0, 2), "R ");
+  EXPECT_TRUE(has(with_other_accents({"K EH R AH T"}), "K EH R IH T"));  // carrot
+  const auto cup = with_other_accents({"K AH P"});
+  EXPECT_EQ(cup.front(), "K AH P");  // what the dictionary says comes first
+  EXPECT_EQ(with_other_accents({"AH", "EY"}), (std::vector<std::string>{"AH", "EY"}));
+  EXPECT_EQ(with_other_accents({"L EH M"}), (std::vector<std::string>{"L EH M"}));
 }
 
 }  // namespace

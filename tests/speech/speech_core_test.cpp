@@ -277,6 +277,23 @@ TEST_F(SpeechCoreTest, InventedNamesAreHeardAndWordsThatSoundLikeThemAreNot) {
   }
 }
 
+// Alone they have no other words to be known by; the dictionary is American.
+TEST_F(SpeechCoreTest, NamesAloneAreHeardInSeveralVoices) {
+  PhraseBook book = book_;
+  for (const char* name : {"banana", "tiger", "bottle"}) ASSERT_TRUE(sut_->add_name(name, book));
+  ASSERT_TRUE(sut_->set_book(book).ok());
+  int right = 0;
+  for (const char* voice : {"en-us", "en-us+m3", "en-gb"}) {
+    for (const char* name : {"banana", "tiger", "bottle"}) {
+      for (const auto& heard : say(name, {voice})) {
+        right += heard.text == name ? 1 : 0;
+        EXPECT_TRUE(!heard.accepted || heard.text == name) << name << " as " << heard.text;
+      }
+    }
+  }
+  EXPECT_GE(right, 8);  // of 9
+}
+
 TEST_F(SpeechCoreTest, UnknownWordsAreNamed) {
   const auto sounds = sut_->pronunciations({"yellow", "qwrtz"});
   ASSERT_FALSE(sounds.ok());

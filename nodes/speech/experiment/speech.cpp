@@ -31,8 +31,9 @@ struct Request : ExperimentRequest {
                                      "en-gb+m2", "en-gb-x-rp", "en-gb-scotland+m4"};
   std::vector<int> speeds = {135, 160, 190};  // words a minute
   int others = 510;                           // utterances that are no phrases, a trial
-  bool tuning = false;                        // with other words in these than the test
-  bool fresh = false;                         // forget the pieces of an earlier run
+  std::vector<std::string> names;  // given while it runs: what is said about these, not the phrases
+  bool tuning = false;             // with other words in these than the test
+  bool fresh = false;              // forget the pieces of an earlier run
 };
 
 // Noise over the speech: none, or white or pink at a ratio to the speech's power.
@@ -92,7 +93,7 @@ Result<Answer> say(SpeechCore& core, double& now_s, std::vector<std::int16_t> sa
   return answer;
 }
 
-// Every `step`-th phrase from `first` on, and some other speech.
+// Every `step`-th sentence from `first` on, and some other speech.
 struct Piece {
   Conditions conditions;
   std::size_t first = 0;
@@ -102,12 +103,31 @@ struct Piece {
 };
 using Answers = std::vector<SpeechAnswer>;
 
-Result<Answers> run_piece(const PhraseBook& book, SpeechSettings settings, const Piece& piece,
-                          const InterruptFlag& interrupt) {
+// What is to be understood: the phrases, or all that can be said about the names.
+std::vector<std::string> sentences(const PhraseBook& book, const std::vector<std::string>& names) {
+  std::vector<std::string> all;
+  for (const std::string& name : names) {
+    all.push_back(kNaming + name);
+    for (const Order& order : book.orders_about(name)) all.push_back(order.text);
+  }
+  if (names.empty()) {
+    for (const Phrase& phrase : book.phrases) all.push_back(phrase.text);
+  }
+  return all;
+}
+
+Result<Answers> run_piece(PhraseBook book, SpeechSettings settings, const Piece& piece,
+                          const std::vector<std::string>& names, const InterruptFlag& interrupt) {
   constexpr double kSilenceAfter_s = 1.0;
   settings.seed = piece.seed;
   auto core = SpeechCore::create(book, settings);
   if (!core) return core.error();
+  for (const std::string& name : names) {
+    if (const Status added = (*core)->add_name(name, book); !added) return added.error();
+  }
+  if (!names.empty()) {
+    if (const Status taken = (*core)->set_book(book); !taken) return taken.error();
+  }
   const Conditions& conditions = piece.conditions;
   Answers answers;
   double now_s = 0.0;
@@ -142,8 +162,9 @@ Result<Answers> run_piece(const PhraseBook& book, SpeechSettings settings, const
     return {};
   };
   const Voice voice{conditions.voice, conditions.speed};
-  for (std::size_t i = piece.first; i < book.phrases.size(); i += piece.step) {
-    const std::string& text = book.phrases[i].text;
+  const auto texts = sentences(book, names);
+  for (std::size_t i = piece.first; i < texts.size(); i += piece.step) {
+    const std::string& text = texts[i];
     if (const Status done = hear("phrase", text, speak(text, voice, 0.5, kSilenceAfter_s)); !done)
       return done.error();
   }
@@ -324,15 +345,15 @@ Status run(const Request& request) {
         std::filesystem::path(request.out) / "pieces" / fmt::format("{:04}", number);
     std::error_code failure;
     std::filesystem::create_directories(folder, failure);
-    std::string asked =
-        fmt::format("{} {} {} {} {} {}\n{}\n{}\n{}\n", piece.conditions.voice, piece.conditions.speed,
-                    piece.conditions.noise.name, piece.first, piece.step, piece.seed, request.phrases,
-                    request.settings.acoustic_model, request.settings.adaptation);
+    std::string asked = fmt::format("{} {} {} {} {} {}\n{}\n{}\n{}\n{}\n", piece.conditions.voice,
+                                    piece.conditions.speed, piece.conditions.noise.name, piece.first,
+                                    piece.step, piece.seed, request.phrases, request.settings.acoustic_model,
+                                    request.settings.adaptation, fmt::join(request.names, ","));
     for (const OtherSpeech& other : piece.others)
       asked += fmt::format("{} {} {}\n", other.kind, other.seed, other.text);
     const std::string file = (folder / "answers.tsv").string();
     if (was_done(folder.string(), asked)) return load_answers(file);
-    auto answers = run_piece(*book, request.settings, piece, lane.interrupt);
+    auto answers = run_piece(*book, request.settings, piece, request.names, lane.interrupt);
     if (!answers) return answers.error();
     if (const Status saved = save_answers(file, *answers); !saved) return saved.error();
     if (const Status marked = mark_done(folder.string(), asked); !marked) return marked.error();
@@ -366,6 +387,9 @@ int main(int argc, char** argv) {
   app.add_option("--speeds", request.speeds, "words a minute, separated by commas")->delimiter(',');
   app.add_option("--others", request.others, "utterances that are no phrases, a trial")
       ->check(CLI::Range(0, 100000));
+  app.add_option("--names", request.names,
+                 "names given while it runs, separated by commas: what is said about them, not the phrases")
+      ->delimiter(',');
   app.add_flag("--tuning", request.tuning,
                "utterances with other words than the test's, to choose settings with");
   app.add_flag("--fresh", request.fresh, "do again what an interrupted run has done in the same folder");

@@ -2,11 +2,53 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <fstream>
+#include <utility>
 
 #include "nido/speech/phrases.h"
 
 namespace nido {
+namespace {
+
+// Without the R that only some say: "tiger", "guitar", "lizard"; not in "rabbit" or "carrot".
+std::vector<std::string> without_r(const std::vector<std::string>& sounds) {
+  const std::string vowels = "AEIOU";
+  std::vector<std::string> quiet;
+  for (std::size_t i = 0; i < sounds.size(); ++i) {
+    const bool before_vowel =
+        i + 1 < sounds.size() && vowels.find(sounds[i + 1].front()) != std::string::npos;
+    const bool after_vowel = i > 0 && vowels.find(sounds[i - 1].front()) != std::string::npos;
+    if (sounds[i] == "R" && after_vowel && !before_vowel) continue;
+    quiet.push_back(sounds[i] == "ER" && !before_vowel ? "AH" : sounds[i]);
+  }
+  return quiet;
+}
+
+}  // namespace
+
+std::vector<std::string> with_other_accents(const std::vector<std::string>& pronunciations) {
+  constexpr std::array<std::pair<const char*, const char*>, 3> kVowels = {
+      {{"AE", "AA"}, {"AA", "AO"}, {"AH", "IH"}}};
+  std::vector<std::string> all = pronunciations;
+  const auto add = [&all](const std::vector<std::string>& sounds) {
+    const std::string text = fmt::format("{}", fmt::join(sounds, " "));
+    if (std::find(all.begin(), all.end(), text) == all.end()) all.push_back(text);
+  };
+  for (const std::string& pronunciation : pronunciations) {
+    const auto sounds = split_words(pronunciation);
+    if (sounds.size() < 2) continue;  // nothing would be left of it
+    add(without_r(sounds));
+    for (const auto& [from, to] : kVowels) {
+      auto other = sounds;
+      std::replace(other.begin(), other.end(), std::string(from), std::string(to));
+      add(other);
+      add(without_r(other));
+    }
+  }
+  return all;
+}
 
 Result<std::map<std::string, std::vector<std::string>>> look_up_pronunciations(
     const std::string& dictionary, const std::set<std::string>& words) {

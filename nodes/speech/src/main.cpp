@@ -110,21 +110,6 @@ class Teller {
   std::unique_ptr<Output<msgs::Audio>> sound_;
 };
 
-// A name for things that are taught, with what its words sound like.
-Status add_name(const SpeechCore& core, const std::string& name, PhraseBook& book) {
-  std::vector<std::string> unknown;
-  for (const std::string& word : split_words(kNaming + name)) {
-    if (!book.pronunciations.contains(word)) unknown.push_back(word);
-  }
-  const auto sounds = core.pronunciations(unknown);
-  if (!sounds) return sounds.error();
-  PhraseBook more = book;
-  more.pronunciations.insert(sounds->begin(), sounds->end());
-  if (const Status added = more.add_name(name); !added) return added;
-  book = std::move(more);
-  return {};
-}
-
 // A line each.
 Status write_names(const std::string& file, const std::vector<std::string>& names) {
   std::ofstream stream(file);
@@ -153,13 +138,13 @@ class Rpc {
       if (!read) return read.error();
       book = std::move(read).value();
       for (const std::string& name : book_.names) {
-        if (const Status added = add_name(core, name, book); !added) return added.error();
+        if (const Status added = core.add_name(name, book); !added) return added.error();
       }
     } else if (verb == "add") {
       if (const Status added = add(words, core, book); !added) return added.error();
     } else if (verb == "name") {
       const std::string name = fmt::format("{}", fmt::join(words.begin() + 1, words.end(), " "));
-      if (const Status added = add_name(core, name, book); !added) return added.error();
+      if (const Status added = core.add_name(name, book); !added) return added.error();
     } else {
       return Error{
           ErrorCode::kInvalidArgument,
@@ -236,7 +221,7 @@ Status run(Node& node) {
     if (std::find(names->begin(), names->end(), name) == names->end()) names->push_back(name);
   }
   for (const std::string& name : *names) {
-    if (const Status added = add_name(**core, name, *book); !added) return added;
+    if (const Status added = (*core)->add_name(name, *book); !added) return added;
   }
   if (!names_file->empty()) {
     if (const Status kept = write_names(*names_file, *names); !kept) return kept;

@@ -1,12 +1,23 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <utility>
+#include <vector>
 
 #include "nido/speech/phrases.h"
 
 namespace nido {
+namespace {
+
+// "a": such a word is found at the end of "banana" and before "apple", whether it is said or not.
+bool is_one_sound(const std::vector<std::string>& pronunciations) {
+  return std::all_of(pronunciations.begin(), pronunciations.end(),
+                     [](const std::string& sounds) { return split_words(sounds).size() == 1; });
+}
+
+}  // namespace
 
 std::string phrase_grammar(const PhraseBook& book, double own_word_cost) {
   constexpr double kBranch = 0.5;  // of a word inside a phrase
@@ -36,8 +47,9 @@ std::string phrase_grammar(const PhraseBook& book, double own_word_cost) {
   // their words in any order
   const int loop = states++;
   for (const int from : {0, loop}) {
-    for (const auto& [word, sounds] : book.pronunciations)
-      connect(from, loop, std::exp(-own_word_cost), word);
+    for (const auto& [word, sounds] : book.pronunciations) {
+      if (!is_one_sound(sounds)) connect(from, loop, std::exp(-own_word_cost), word);
+    }
   }
   connect(loop, kFinal, 1.0, "");
   return fmt::format("FSG_BEGIN phrases\nNUM_STATES {}\nSTART_STATE 0\nFINAL_STATE {}\n{}FSG_END\n", states,

@@ -370,13 +370,28 @@ Result<std::map<std::string, std::vector<std::string>>> SpeechCore::pronunciatio
           fmt::format("the dictionary does not have the word '{}': say how it sounds in phrases.yaml", word)};
     }
   }
-  // the first sound of "this" is so soft that it gets lost at the beginning of a sentence
   for (auto& [word, sounds] : *found) {
+    sounds = with_other_accents(sounds);
+    // the first sound of "this" is so soft that it gets lost at the beginning of a sentence
     for (std::size_t i = sounds.size(); i-- > 0;) {
       if (sounds[i].starts_with("DH ")) sounds.push_back(sounds[i].substr(3));
     }
   }
   return found;
+}
+
+Status SpeechCore::add_name(const std::string& name, PhraseBook& book) const {
+  std::vector<std::string> unknown;
+  for (const std::string& word : split_words(kNaming + name)) {
+    if (!book.pronunciations.contains(word)) unknown.push_back(word);
+  }
+  const auto sounds = pronunciations(unknown);
+  if (!sounds) return sounds.error();
+  PhraseBook more = book;
+  more.pronunciations.insert(sounds->begin(), sounds->end());
+  if (const Status added = more.add_name(name); !added) return added;
+  book = std::move(more);
+  return {};
 }
 
 SpeechCore::SpeechCore(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}

@@ -110,7 +110,8 @@ std::optional<Verb> verb_of(const std::string& name);
 
 // The texts beside a loop over their words, as a finite state grammar of PocketSphinx: what is no phrase but
 // said in the same words ("drop blue cube") comes out as these words. A word in the loop costs
-// `own_word_cost` (natural logarithm), so that a phrase that is not spoken well is still one.
+// `own_word_cost` (natural logarithm), so that a phrase that is not spoken well is still one. Words of a
+// single sound ("a") are not in the loop.
 std::string phrase_grammar(const PhraseBook& book, double own_word_cost = 8.0);
 
 }  // namespace nido

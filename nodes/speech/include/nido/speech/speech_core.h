@@ -85,6 +85,9 @@ class SpeechCore {
   // names the words that it does not have.
   Result<std::map<std::string, std::vector<std::string>>> pronunciations(
       const std::vector<std::string>& words) const;
+  // Adds a name for things that are taught to a book, with what its words sound like. kNotFound and
+  // kInvalidArgument as above and as PhraseBook::add_name(), changing nothing.
+  Status add_name(const std::string& name, PhraseBook& book) const;
   // Speech is going on now.
   [[nodiscard]] bool in_speech() const;
 
