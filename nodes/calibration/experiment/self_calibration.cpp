@@ -25,9 +25,9 @@ struct Request : ExperimentRequest {
   int poses = 200;
   int test_poses = 60;
   int domain = kFreeDomain;
+  std::string hand = "right";
 };
 
-const std::string kSide = "right";
 constexpr int kCounts[] = {0, 5, 10, 20, 35, 50, 75, 100, 150, 200};
 
 // How far off a body's knowledge is after so many poses; means over the held-out poses.
@@ -79,16 +79,17 @@ Result<std::vector<Point>> trial_of(const Request& request, int trial, const Lan
                                     const fs::path& robots) {
   const std::uint64_t seed = request.seed + static_cast<std::uint64_t>(trial);
   const fs::path folder = folder_of(request, trial);
-  const BodyCorrections body = draw_wrong_body(seed, kSide);
+  const BodyCorrections body = draw_wrong_body(seed, request.hand);
   if (Status written = write_robot(robots, body, folder); !written) return written.error();
   const fs::path views = folder / "views.txt";
-  const Status ran = run_app_once(
-      {"self_calibration",
-       {"--robot", (folder / "icub_sim_babbling.yaml").string(), "--seed", std::to_string(seed), "--rate",
-        "max", "--lockstep", "--set", fmt::format("calibration.poses={}", request.poses + request.test_poses),
-        "--set", "calibration.views_file=" + views.string()},
-       folder.string()},
-      lane);
+  const Status ran =
+      run_app_once({"self_calibration",
+                    {"--robot", (folder / "icub_sim_babbling.yaml").string(), "--seed", std::to_string(seed),
+                     "--rate", "max", "--lockstep", "--hand", request.hand, "--set",
+                     fmt::format("calibration.poses={}", request.poses + request.test_poses), "--set",
+                     "calibration.views_file=" + views.string()},
+                    folder.string()},
+                   lane);
   if (!ran) return ran.error();
   auto file = load_views(views);
   if (!file) return file.error();
@@ -104,7 +105,8 @@ Result<std::vector<Point>> trial_of(const Request& request, int trial, const Lan
     Calibration found;
     if (count > 0) {
       const std::vector<PoseView> learned(file->views.begin(), file->views.begin() + count);
-      auto calibrated = calibrate(*drawn, kSide, file->cameras, learned, default_unknowns(kSide));
+      auto calibrated =
+          calibrate(*drawn, request.hand, file->cameras, learned, default_unknowns(request.hand));
       if (!calibrated) return calibrated.error();
       found = std::move(*calibrated);
       const Status kept = found.corrections.save(
@@ -114,7 +116,7 @@ Result<std::vector<Point>> trial_of(const Request& request, int trial, const Lan
     }
     const auto believed = load_corrected_model(robots / "icub.urdf", found.corrections);
     if (!believed) return believed.error();
-    auto point = judge(*believed, *real, kSide, *file, static_cast<std::size_t>(request.poses));
+    auto point = judge(*believed, *real, request.hand, *file, static_cast<std::size_t>(request.poses));
     if (!point) return point.error();
     point->poses = count;
     point->rms_px = found.rms_px;
@@ -136,8 +138,8 @@ Report make_report(const Request& request, const std::map<int, std::vector<Point
       "is; "
       "the figure is how far off that is, and how far off the eyes see the hand, by the number of poses "
       "learned from.";
-  report.command =
-      fmt::format("nido experiment run self-calibration --seed {} --trials {}", request.seed, request.trials);
+  report.command = fmt::format("nido experiment run self-calibration --seed {} --trials {}{}", request.seed,
+                               request.trials, request.hand == "right" ? "" : " --hand " + request.hand);
   report.seed = request.seed;
   report.trials = static_cast<long>(done.size());
   report.robot = "icub_sim_babbling, its body drawn by the seed";
@@ -213,6 +215,7 @@ int main(int argc, char** argv) {
   app.add_option("--test-poses", request.test_poses, "poses to judge by")
       ->check(CLI::Range(1, 100000))
       ->capture_default_str();
+  nido::add_hand_option(app, request.hand);
   nido::add_domain_option(app, request.domain);
   if (const auto code = nido::parse_experiment(app, argc, argv)) return *code;
   return nido::end_experiment(nido::calibration::run(request));

@@ -34,6 +34,7 @@ struct Request : ExperimentRequest {
   int domain = kFreeDomain;
   std::vector<std::string> objects = {"blue cube"};
   std::string weights;
+  std::string hand = "right";
   double pull_N = 0;
   double off_m = 0.006;
   double turn_deg = 20;
@@ -86,8 +87,14 @@ std::string command_of(const Request& request) {
   if (request.turn_deg != usual.turn_deg) command += fmt::format(" --turn {}", request.turn_deg);
   if (request.validate != usual.validate) command += fmt::format(" --validate {}", request.validate);
   if (request.until_max) command += " --until-max";
+  if (request.hand != usual.hand) command += " --hand " + request.hand;
   if (!request.weights.empty()) command += " --weights config/weights";
   return command;
+}
+
+// The robot, or the world, of the hand that learns.
+std::string for_hand(const std::string& name, const Request& request) {
+  return request.hand == "left" ? name + "_left" : name;
 }
 
 // One run of the app in `out`, with settings of its own besides those of all; its attempts.
@@ -95,8 +102,17 @@ Result<std::vector<Attempt>> run_attempts(const Request& request, const std::fil
                                           std::uint64_t seed, const Lane& lane, int attempts,
                                           const std::vector<std::string>& settings,
                                           const std::string& world) {
-  std::vector<std::string> arguments = {
-      "--seed", std::to_string(seed), "--rate", "max", "--lockstep", "--world", world};
+  std::vector<std::string> arguments = {"--seed",
+                                        std::to_string(seed),
+                                        "--rate",
+                                        "max",
+                                        "--lockstep",
+                                        "--world",
+                                        world,
+                                        "--hand",
+                                        request.hand,
+                                        "--robot",
+                                        for_hand("icub_sim_touch", request)};
   std::vector<std::string> sets = {fmt::format("grasp_trials.attempts={}", attempts),
                                    fmt::format("grasp_trials.objects=[{}]", fmt::join(request.objects, ", ")),
                                    fmt::format("grasp_trials.pull_N={}", request.pull_N),
@@ -125,7 +141,7 @@ Result<Run> learn(const Request& request, std::uint64_t seed, const Lane& lane) 
   auto learned = run_attempts(
       request, out, seed, lane, request.attempts,
       {fmt::format("grasp_trials.until_max={}", request.until_max), "grasp.command=" + command_of(request)},
-      "grasp_trial");
+      for_hand("grasp_trial", request));
   if (!learned) return learned.error();
   Run run{seed, std::move(*learned), {}};
   if (request.validate > 0) {
@@ -180,8 +196,8 @@ Report make_report(const Request& request, std::vector<Run> runs) {
                                   request.pull_N);
   }
   report.seed = request.seed;
-  report.robot = "icub_sim_touch";
-  report.world = "grasp_trial";
+  report.robot = for_hand("icub_sim_touch", request);
+  report.world = for_hand("grasp_trial", request);
   report.command = command_of(request);
   report.trials = static_cast<long>(runs.size());
   std::vector<double> first_max;
@@ -301,6 +317,7 @@ int main(int argc, char** argv) {
   app.add_option("--objects", request.objects, "taken in turn: blue cube, red ball, teddy bear")
       ->delimiter(',')
       ->capture_default_str();
+  nido::add_hand_option(app, request.hand);
   nido::add_domain_option(app, request.domain);
   if (const auto code = nido::parse_experiment(app, argc, argv)) return *code;
   return nido::end_experiment(nido::grasp::run(request));

@@ -17,6 +17,18 @@ namespace {
 using namespace nido;         // NOLINT(google-build-using-namespace): a program's own file
 using namespace nido::grasp;  // NOLINT(google-build-using-namespace)
 
+// The experimenter works with the right hand; for the left one all is done in the mirror.
+void mirror(TrialOutputs& out) {
+  for (auto* action : {&out.reach, &out.grasp}) {
+    if (*action) (*action)->p_Root_m.y() *= -1;
+  }
+  if (out.put) {
+    out.put->p_Root_m.y() *= -1;
+    out.put->yaw_rad *= -1;
+  }
+  if (out.pull) out.pull->f_Root_N.y() *= -1;
+}
+
 msgs::ActionGoal goal_message(const TrialOutputs::Action& action, Time now) {
   msgs::ActionGoal goal;
   goal.header(header_at(now, "root"));
@@ -88,6 +100,9 @@ Status run(Node& node) {
   // a thing beside which the hand works: put back before each attempt, and what leans on it is not held
   auto beside = node.parameter<std::string>("beside", "");
   if (!beside) return beside.error();
+  auto hand = node.parameter<std::string>("hand", "right",
+                                          {.about = "the hand that learns", .choices = {"right", "left"}});
+  if (!hand) return hand.error();
   auto until_max = node.parameter<bool>("until_max", options.until_max);
   if (!until_max) return until_max.error();
   options.until_max = *until_max;
@@ -131,6 +146,7 @@ Status run(Node& node) {
       if (!beside->empty()) {
         auto box = box_of(node, *beside);
         if (!box) return box.error();
+        if (*hand == "left") box->p_Root_m.y() *= -1;
         boxes[*beside] = *box;
       }
       core.emplace(options, heights, node.options().seed);
@@ -148,7 +164,8 @@ Status run(Node& node) {
         inputs.borne_by_other = *other;
       }
     }
-    const TrialOutputs out = core->step(node.options().period_s, inputs);
+    TrialOutputs out = core->step(node.options().period_s, inputs);
+    if (*hand == "left") mirror(out);
     if (out.put) {
       if (!beside->empty()) {
         auto back = place(node, *beside, boxes[*beside].p_Root_m.head<2>(), boxes[*beside].frame_Root_m, 0.0);
