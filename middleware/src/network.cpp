@@ -15,6 +15,10 @@ namespace nido {
 
 namespace {
 
+constexpr int kLargestPacket_bytes = 65500;
+// what the DDS library sends of certificates and permissions in one piece: more than 4000, less than this
+constexpr int kCertificates_bytes = 8000;
+
 Error refuse(const std::string& file, const YAML::Node& node, const std::string& sentence) {
   return {ErrorCode::kInvalidArgument, file + ":" + std::to_string(node.Mark().line + 1) + ": " + sentence};
 }
@@ -111,6 +115,7 @@ Result<NetworkSettings> read_network_settings(const std::string& file) {
   }
   NetworkSettings settings;
   bool has_security = false;
+  std::optional<YAML::Node> packet;
   for (const auto& entry : top) {
     const YAML::Node& value = entry.second;
     try {
@@ -123,7 +128,8 @@ Result<NetworkSettings> read_network_settings(const std::string& file) {
       } else if (key == "processes_per_computer") {
         status = read_number(file, value, key, 1, 100, settings.processes_per_computer);
       } else if (key == "largest_packet_bytes") {
-        status = read_number(file, value, key, 1000, 65500, settings.largest_packet_bytes);
+        packet = value;
+        status = read_number(file, value, key, 1000, kLargestPacket_bytes, settings.largest_packet_bytes);
       } else if (key == "security") {
         has_security = true;
         const auto folder = value.as<std::string>();
@@ -149,6 +155,16 @@ Result<NetworkSettings> read_network_settings(const std::string& file) {
     return refuse(file, top,
                   "the key security is missing: the folder of the keys that 'nido security init' made, or "
                   "none if everybody on this network may read and command the robot");
+  }
+  if (!settings.security_folder.empty()) {
+    if (!packet) {
+      settings.largest_packet_bytes = kLargestPacket_bytes;
+    } else if (settings.largest_packet_bytes < kCertificates_bytes) {
+      return refuse(file, *packet,
+                    "largest_packet_bytes is " + std::to_string(settings.largest_packet_bytes) +
+                        ", with keys " + std::to_string(kCertificates_bytes) +
+                        " at least: processes show each other their certificates in one packet");
+    }
   }
   return settings;
 }

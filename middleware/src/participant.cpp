@@ -24,6 +24,9 @@ namespace rtps = eprosima::fastrtps::rtps;
 
 namespace {
 
+// Pictures of two cameras come at once; the system gives as much of this as net.core.rmem_max allows.
+constexpr std::uint32_t kReceiveBuffer_bytes = 4 << 20;
+
 rtps::Locator_t udp_locator(const std::string& address, std::uint32_t port = 0) {
   rtps::Locator_t locator;
   rtps::IPLocator::setIPv4(locator, address);
@@ -49,6 +52,7 @@ void talk_to_peers(dds::DomainParticipantQos& qos, const NetworkSettings& networ
   udp->interfaceWhiteList.push_back(network.address);
   udp->maxInitialPeersRange = static_cast<std::uint32_t>(network.processes_per_computer);
   udp->maxMessageSize = static_cast<std::uint32_t>(network.largest_packet_bytes);
+  udp->receiveBufferSize = kReceiveBuffer_bytes;
   qos.transport().user_transports.push_back(udp);
   auto& builtin = qos.wire_protocol().builtin;
   builtin.metatrafficUnicastLocatorList.push_back(udp_locator(network.address));

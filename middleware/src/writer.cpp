@@ -193,9 +193,10 @@ Result<std::unique_ptr<Writer>> Writer::open(std::shared_ptr<Participant> partic
   // sent by the writing thread itself: no hop to another one
   qos.publish_mode().kind = dds::SYNCHRONOUS_PUBLISH_MODE;
   qos.reliability().max_blocking_time = {0, 200'000'000};
-  // a message that shared memory had no room for is asked for again soon, not after the default of three
-  // seconds
-  qos.reliable_writer_qos().times.heartbeatPeriod = {0, 50'000'000};
+  // a message that was lost is asked for again soon, not after the default of three seconds; commands, which
+  // are small and wait for each other, sooner still, and again before the answer can be here, as that may be
+  // lost, too
+  qos.reliable_writer_qos().times.heartbeatPeriod = {0, quality.keep_all ? 10'000'000U : 50'000'000U};
   qos.reliable_writer_qos().times.nackResponseDelay = {0, 1'000'000};
   qos.user_data() = own_user_data(*self->participant_, type, quality, port_name);
   const dds::TypeSupport support(type.make_support());

@@ -223,24 +223,50 @@ std::int64_t steady_ns() {
       .count();
 }
 
-// Writes `count` numbered commands with the time of writing when it reads "go".
+std::string camera_port(int camera) { return "/giver/camera" + std::to_string(camera) + ":o"; }
+
+// Writes `count` numbered commands, each with the time when it was due, when it reads "go"; and, as a robot
+// does on the same thread, the pictures of `cameras` at 30 Hz.
 Status giver(Node& node) {
   auto out = node.open_output<msgs::String>("/giver/command:o", Profile::kCommand);
   const auto count = node.parameter<int>("count", 1000);
-  if (!out || !count) {
+  const auto cameras = node.parameter<int>("cameras", 0);
+  if (!out || !count || !cameras) {
     return Error{ErrorCode::kFailed, "cannot begin"};
   }
+  std::vector<std::unique_ptr<Output<msgs::Image>>> eyes;
+  for (int camera = 0; camera < *cameras; ++camera) {
+    auto eye = node.open_output<msgs::Image>(camera_port(camera), Profile::kSensor);
+    if (!eye) {
+      return eye.error();
+    }
+    eyes.push_back(std::move(*eye));
+  }
+  msgs::Image picture;
+  picture.data().resize(320 * 240 * 3);
   node.set_ready();
-  say((*out)->wait_for_readers(1, 30.0) ? "CONNECTED" : "ALONE");
+  bool all = (*out)->wait_for_readers(1, 30.0);
+  for (const auto& eye : eyes) {
+    all = all && eye->wait_for_readers(1, 30.0);
+  }
+  say(all ? "CONNECTED" : "ALONE");
   std::string line;
   std::getline(std::cin, line);
+  double longest_ms = 0;
   for (int i = 1; i <= *count; ++i) {
-    if (auto status = (*out)->write(words(std::to_string(i) + " " + std::to_string(steady_ns()))); !status) {
+    const std::int64_t due_ns = steady_ns();
+    if (i % 16 == 1) {
+      for (const auto& eye : eyes) {
+        (void)eye->write(picture);
+      }
+      longest_ms = std::max(longest_ms, static_cast<double>(steady_ns() - due_ns) * 1e-6);
+    }
+    if (auto status = (*out)->write(words(std::to_string(i) + " " + std::to_string(due_ns))); !status) {
       return status;
     }
     std::this_thread::sleep_for(std::chrono::milliseconds(2));
   }
-  say("GIVEN");
+  say("GIVEN pictures held up at most " + std::to_string(longest_ms) + " ms");
   std::getline(std::cin, line);
   return {};
 }
@@ -249,8 +275,21 @@ Status giver(Node& node) {
 Status taker(Node& node) {
   auto in = node.open_input<msgs::String>("/taker/command:i", Profile::kCommand);
   const auto count = node.parameter<int>("count", 1000);
-  if (!in || !count) {
+  const auto cameras = node.parameter<int>("cameras", 0);
+  if (!in || !count || !cameras) {
     return Error{ErrorCode::kFailed, "cannot begin"};
+  }
+  std::vector<std::unique_ptr<Input<msgs::Image>>> eyes;
+  for (int camera = 0; camera < *cameras; ++camera) {
+    auto eye =
+        node.open_input<msgs::Image>("/taker/camera" + std::to_string(camera) + ":i", Profile::kSensor);
+    if (!eye) {
+      return eye.error();
+    }
+    if (auto status = (*eye)->connect(camera_port(camera)); !status) {
+      return status;
+    }
+    eyes.push_back(std::move(*eye));
   }
   if (!(*in)->wait_for_sources(1, 30.0)) {
     return Error{ErrorCode::kTimeout, "no source"};
@@ -259,6 +298,7 @@ Status taker(Node& node) {
   say("READY");
   std::vector<double> delays_ms;
   bool in_order = true;
+  int pictures = 0;
   while (static_cast<int>(delays_ms.size()) < *count && (*in)->wait_for_message(30.0)) {
     while (const auto message = (*in)->take()) {
       std::istringstream text(message->data());
@@ -268,6 +308,11 @@ Status taker(Node& node) {
       delays_ms.push_back(static_cast<double>(steady_ns() - written_ns) * 1e-6);
       in_order = in_order && number == static_cast<int>(delays_ms.size());
     }
+    for (const auto& eye : eyes) {
+      while (eye->take()) {
+        ++pictures;
+      }
+    }
   }
   std::sort(delays_ms.begin(), delays_ms.end());
   const auto share = [&](double part) {
@@ -275,7 +320,8 @@ Status taker(Node& node) {
                ? 0.0
                : delays_ms[static_cast<std::size_t>(part * static_cast<double>(delays_ms.size() - 1))];
   };
-  say("DELAY_MS p50 " + std::to_string(share(0.5)) + " p99 " + std::to_string(share(0.99)));
+  say("DELAY_MS p50 " + std::to_string(share(0.5)) + " p99 " + std::to_string(share(0.99)) + "; " +
+      std::to_string(pictures) + " pictures");
   say("TAKEN " + std::to_string(delays_ms.size()) + (in_order ? " in order" : " out of order"));
   return {};
 }

@@ -8,6 +8,7 @@
 #include <sys/ioctl.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <chrono>
@@ -43,6 +44,8 @@ class SlowCable {
   }
   [[nodiscard]] int carried() const { return carried_; }
   [[nodiscard]] int lost() const { return lost_; }
+  // How much more than its delay a packet took at most: a busy machine gave the thread no turn.
+  [[nodiscard]] double latest_ms() const { return latest_ms_; }
 
  private:
   using Clock = std::chrono::steady_clock;
@@ -92,6 +95,9 @@ class SlowCable {
         for (auto& queue = under_way[to]; !queue.empty() && queue.front().due <= Clock::now();
              queue.pop_front()) {
           const auto& packet = queue.front().bytes;
+          latest_ms_ =
+              std::max(latest_ms_.load(),
+                       std::chrono::duration<double, std::milli>(Clock::now() - queue.front().due).count());
           carried_ += write(ends[to], packet.data(), packet.size()) > 0 ? 1 : 0;
         }
       }
@@ -107,6 +113,7 @@ class SlowCable {
   std::atomic<bool> is_over_{false};
   std::atomic<int> carried_{0};
   std::atomic<int> lost_{0};
+  std::atomic<double> latest_ms_{0};
   std::thread thread_;
 };
 

@@ -19,10 +19,12 @@ struct NetworkSettings {
   // Processes that a computer may have in one domain. Each is asked for at a port number of its own, so that
   // no multicast is needed; 1 to 100.
   int processes_per_computer = 25;
-  // Longer messages travel in pieces of this size; 1000 to 65500. A large one is cheap on a cable; where
-  // packets are lost (wireless), 1400 costs a piece of a message for each and not all of it. Holds for
-  // messages inside of the computer, too.
-  int largest_packet_bytes = 65500;
+  // Longer messages travel in pieces of this size; 1000 to 65500. What is larger than a packet of the network
+  // (1500 bytes) is cut by the kernel, which loses all of it with one piece, keeps the others for half a
+  // minute, and takes no more of that kind when they are many: where packets are lost, nothing large arrives
+  // then. With keys it is 65500 unless the file says else, and 8000 at least: the certificates have to fit.
+  // Holds for messages inside of the computer, too.
+  int largest_packet_bytes = 1400;
   // Folder of the keys that `nido security init` made (key_store.h): messages are encrypted, and only those
   // with keys of the same authority take part. Empty: the wire is trusted (`security: none`).
   std::string security_folder;
