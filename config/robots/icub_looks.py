@@ -9,8 +9,8 @@ import math
 MESH_FOLDER = "meshes"
 COLOURS = {
     "cover": (0.86, 0.86, 0.87, 1), "seam": (0.20, 0.20, 0.21, 1), "rubber": (0.16, 0.16, 0.17, 1), "iris": (0.16, 0.20, 0.23, 1),
-    "pupil": (0.012, 0.012, 0.014, 1), "brow": (0.05, 0.04, 0.04, 1), "mouth": (0.42, 0.10, 0.10, 1), "joint": (0.30, 0.30, 0.32, 1),
-    "panel": (0.62, 0.63, 0.65, 1),
+    "pupil": (0.012, 0.012, 0.014, 1), "brow": (0.80, 0.12, 0.10, 1), "mouth": (0.80, 0.12, 0.10, 1), "glint": (1, 1, 1, 1), "joint": (0.30, 0.30, 0.32, 1),
+    "lid": (0.74, 0.74, 0.75, 1), "panel": (0.62, 0.63, 0.65, 1),
 }
 
 
@@ -118,7 +118,14 @@ def cap(centre, radius, half_angle_deg, rings=3, segments=16):
 
 
 # ---------------------------------------------------------------------------------------------- head
-HEAD = {"centre": (0.014, 0.0, 0.372), "front": 0.084, "back": 0.080, "half_width": 0.076, "up": 0.080, "down": 0.089}
+# A superellipsoid: rounder than an egg, so that the face is broad and rather flat and the eyes sit in it.
+HEAD = {"centre": (0.014, 0.0, 0.372), "front": 0.083, "back": 0.082, "half_width": 0.076, "up": 0.080, "down": 0.089}
+ACROSS, UPWARDS = 2.5, 2.3  # powers of its outlines
+
+
+def across(height):
+    """How much of its girth the head has at a height; 0: in the middle, 1: at its top or chin."""
+    return max(0.0, 1 - height ** UPWARDS) ** (1 / UPWARDS)
 
 
 def half_width(z):
@@ -131,23 +138,24 @@ def face_x(y, z, lift=0.0):
     """Where the head's front is at (y, z)."""
     cx, _, cz = HEAD["centre"]
     b, c = half_width(z), HEAD["up"] if z > cz else HEAD["down"]
-    inside = 1 - (y / b) ** 2 - ((z - cz) / c) ** 2
-    return cx - HEAD["front"] * math.sqrt(max(inside, 0.0)) - lift
+    inside = across(abs(z - cz) / c) ** ACROSS - abs(y / b) ** ACROSS
+    return cx - HEAD["front"] * max(inside, 0.0) ** (1 / ACROSS) - lift
 
 
 def head_shell():
-    """Egg-shaped: broad above, narrower at the chin."""
+    """Broad above, narrower at the chin."""
     cx, _, cz = HEAD["centre"]
     rings = []
-    steps = 16
+    steps = 20
     for i in range(steps + 1):
         a = -0.5 * math.pi + math.pi * i / steps
         a *= 0.985
         h = HEAD["up"] if a > 0 else HEAD["down"]
-        r = math.cos(a)
-        z = cz + h * math.sin(a)
-        rings.append((z, cx, 0.0, 1.0 * r, half_width(z) * r, 2.0))
-    mesh = loft(rings, "z", 28)
+        height = math.copysign(abs(math.sin(a)) ** (2 / UPWARDS), a)
+        r = across(abs(height))
+        z = cz + h * height
+        rings.append((z, cx, 0.0, 1.0 * r, half_width(z) * r, ACROSS))
+    mesh = loft(rings, "z", 36)
     for p in mesh.points:
         d = p[0] - cx
         p[0] = cx + d * (HEAD["front"] if d < 0 else HEAD["back"])
@@ -167,11 +175,41 @@ def seam():
     cx, _, cz = HEAD["centre"]
     rings = []
     for t, grow in ((cx + 0.006, 0.9), (cx + 0.0065, 1.006), (cx + 0.0105, 1.006), (cx + 0.011, 0.9)):
-        rings.append((t, 0.0, cz, grow, grow, 2.0))
-    mesh = loft(rings, "x", 32)
+        rings.append((t, 0.0, cz, grow, grow, 2.4))
+    mesh = loft(rings, "x", 36)
     for p in mesh.points:
         p[2] = cz + (p[2] - cz) * (HEAD["up"] if p[2] > cz else HEAD["down"])
         p[1] *= half_width(p[2])
+    return mesh
+
+
+EYE = (-0.0628, 0.034, 0.3408)  # middle of the right one
+
+
+def lid(centre, radius, lower_edge_deg, rings=6, segments=20):
+    """An upper eyelid: the part of a ball round the eye that lies above a plane through its left and right."""
+    tip, mesh = math.radians(lower_edge_deg), Mesh()
+    for i in range(rings + 1):
+        up = tip + (math.radians(150) - tip) * i / rings  # 0: to the front, 90 degrees: up
+        for k in range(segments + 1):
+            side = math.pi * k / segments
+            r = radius * math.sin(side)
+            mesh.points.append([centre[0] - r * math.cos(up), centre[1] + radius * math.cos(side), centre[2] + r * math.sin(up)])
+    row = segments + 1
+    for i in range(rings):
+        for k in range(segments):
+            a = i * row + k
+            mesh.faces += [(a, a + 1, a + row + 1), (a, a + row + 1, a + row)]
+    return mesh
+
+
+def glint(centre, radius):
+    """The lamp's reflection, a small disc beside the pupil."""
+    mesh = cap((0.0, 0.0, 0.0), radius, 5, 2, 10)
+    c, s = math.cos(math.radians(17)), math.sin(math.radians(17))
+    for p in mesh.points:
+        x, z = p[0] * c + p[2] * s, -p[0] * s + p[2] * c
+        p[0], p[1], p[2] = centre[0] + x, centre[1] + p[1], centre[2] + z
     return mesh
 
 
@@ -181,13 +219,15 @@ def looks():
     parts = [
         ("head_shell", "head", "cover", head_shell(), False),
         ("head_seam", "head", "seam", seam(), False),
-        ("mouth", "head", "mouth", tube(on_face(arc(-0.021, 0.021, lambda t: 0.3065 + 0.0040 * t * t), 0.0004), 0.0021), False),
-        ("brow", "head", "brow", tube(on_face(arc(0.018, 0.050, lambda t: 0.3735 - 0.004 * t * t - 0.001 * t), 0.0004), 0.0024), True),
-        ("eye_socket", "head", "seam", loft(rounded([(-0.066, 0.034, 0.3408, 0.0205, 0.0205, 2), (-0.052, 0.034, 0.3408, 0.0205, 0.0205, 2)],
-                                                    0.006, 0.001, 2), "x", 20), True),
+        ("mouth", "head", "mouth", tube(on_face(arc(-0.021, 0.021, lambda t: 0.3075 + 0.0040 * t * t), 0.0004), 0.0023), False),
+        ("brow", "head", "brow", tube(on_face(arc(0.018, 0.050, lambda t: 0.3785 - 0.004 * t * t - 0.001 * t), 0.0004), 0.0026), True),
+        ("eye_cup", "head", "cover", loft(rounded([(-0.0665, EYE[1], EYE[2], 0.0222, 0.0222, 2), (-0.040, EYE[1], EYE[2], 0.0240, 0.0240, 2)],
+                                                  0.0025, 0.001, 3), "x", 28), True),
+        ("eye_socket", "head", "rubber", loft([(-0.0696, EYE[1], EYE[2], 0.0196, 0.0196, 2), (-0.0650, EYE[1], EYE[2], 0.0200, 0.0200, 2)], "x", 28), True),
+        ("eyelid", "head", "lid", lid(EYE, 0.0181, 27), True),
         ("chest_cover", "chest", "cover", loft(rounded([
-            (0.092, 0.012, 0, 0.040, 0.052, 3), (0.110, 0.011, 0, 0.050, 0.064, 3), (0.135, 0.009, 0, 0.056, 0.072, 2.8),
-            (0.160, 0.008, 0, 0.056, 0.074, 2.8), (0.185, 0.007, 0, 0.048, 0.070, 2.6), (0.203, 0.004, 0, 0.036, 0.056, 2.4)],
+            (0.092, 0.012, 0, 0.040, 0.046, 3), (0.110, 0.011, 0, 0.050, 0.057, 3), (0.135, 0.009, 0, 0.056, 0.068, 2.8),
+            (0.160, 0.008, 0, 0.056, 0.0755, 2.8), (0.185, 0.007, 0, 0.048, 0.0755, 2.6), (0.203, 0.004, 0, 0.036, 0.060, 2.4)],
             0.010, 0.014), "z", 28), False),
         ("chest_panel", "chest", "panel", loft(rounded([(-0.050, 0.0, 0.146, 0.030, 0.021, 3.5), (-0.040, 0.0, 0.146, 0.032, 0.023, 3.5)], 0.0015, 0.0, 2),
                                                "x", 24), False),
@@ -219,17 +259,18 @@ def looks():
             (-0.094, x, y, 0.0185, 0.0185, 2.3), (-0.080, x, y, 0.0225, 0.0225, 2.3), (-0.058, x, y, 0.027, 0.026, 2.3), (-0.044, x, y, 0.025, 0.0245, 2.3)],
             0.006, 0.008), "z", 16), True),
     ]
-    eye = (-0.0628, 0.034, 0.3408)
     parts += [
-        ("iris", "eye_ball", "iris", cap(eye, 0.01725, 32), True),
-        ("pupil", "eye_ball", "pupil", cap(eye, 0.0175, 15, 2), True),
+        ("eye_white", "eye_ball", "eye", cap(EYE, 0.0170, 100, 12, 28), True),
+        ("iris", "eye_ball", "iris", cap(EYE, 0.0173, 33, 4, 24), True),
+        ("pupil", "eye_ball", "pupil", cap(EYE, 0.0176, 16, 2, 20), True),
+        ("glint", "eye_ball", "glint", glint(EYE, 0.0178), True),
     ]
     return parts
 
 
 # Solids that a cover hides: they stay for physics but are not drawn. (link without side, number of the solid)
 HIDDEN = [("root_link", 0), ("chest", 0), ("chest", 1), ("chest", 3), ("head", 0), ("head", 1), ("head", 3), ("upper_arm", 0), ("forearm", 0),
-          ("thigh", 0), ("shank", 0), ("ankle_2", 0), ("eye_ball", 1)]
+          ("thigh", 0), ("shank", 0), ("ankle_2", 0), ("eye_ball", 0), ("eye_ball", 1)]
 
 
 def sided(link, side):
