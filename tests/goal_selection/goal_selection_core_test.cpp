@@ -72,7 +72,7 @@ class FakeBody {
     in.gaze = gaze;
     std::array<bool, 6> touch{};
     touch[0] = touch[2] = !held.empty() || now < false_touch_until_;
-    in.touch_on = touch;
+    in.touch_on = in.left_touch_on = touch;
     answer(now, reach_, in.reach);
     answer(now, grasp_, in.grasp);
     return in;
@@ -179,8 +179,9 @@ class GoalSelectionCoreTest : public testing::Test {
     delete book_;
   }
 
-  void SetUp() override {
-    auto core = GoalSelectionCore::create(*book_, *network_, {});
+  void SetUp() override { make({}); }
+  void make(const GoalSelectionSettings& settings) {
+    auto core = GoalSelectionCore::create(*book_, *network_, settings);
     ASSERT_TRUE(core.ok());
     sut_.emplace(std::move(core).value());
   }
@@ -562,6 +563,50 @@ TEST_F(GoalSelectionCoreTest, SecondJobFollowsTheFirst) {
   ASSERT_TRUE(done_) << story();
   run("reach red ball");
   EXPECT_TRUE(done_) << story();
+}
+
+TEST_F(GoalSelectionCoreTest, TheNearerHandActsWhereBothMay) {
+  GoalSelectionSettings settings;
+  settings.side = "nearer";
+  make(settings);
+  body_.put("red ball", {-0.35, -0.15, -0.0526});
+  run("reach blue cube");  // on the right
+  run("reach red ball");   // on the left: the right hand goes home first
+  ASSERT_TRUE(done_) << story();
+  ASSERT_EQ(body_.reach_commands.size(), 3U) << story();
+  EXPECT_EQ(body_.reach_commands[0].side, "right");
+  EXPECT_EQ(body_.reach_commands[1].action, "home");
+  EXPECT_EQ(body_.reach_commands[1].side, "right");
+  EXPECT_EQ(body_.reach_commands[2].action, "reach");
+  EXPECT_EQ(body_.reach_commands[2].side, "left");
+  // what has a way to go is taken by the hand that is nearer to the middle of the way, fingers and all
+  run("drop red ball into basket");
+  ASSERT_TRUE(done_) << story();
+  EXPECT_EQ(body_.reach_commands[3].action, "home");
+  EXPECT_EQ(body_.reach_commands[3].side, "left");
+  for (std::size_t i = 4; i < body_.reach_commands.size(); ++i)
+    EXPECT_EQ(body_.reach_commands[i].side, "right") << body_.reach_commands[i].action;
+}
+
+TEST_F(GoalSelectionCoreTest, WhereOneHandDoesNotGetTheOtherOneTries) {
+  GoalSelectionSettings settings;
+  settings.side = "nearer";
+  make(settings);
+  body_.fail_reach["pregrasp"] = 1;
+  body_.reach_reason = "the blue cube is out of reach";
+  run("grasp blue cube");
+  EXPECT_TRUE(done_) << story();
+  EXPECT_EQ(body_.reach_commands.front().side, "right");
+  EXPECT_EQ(body_.reach_commands.back().side, "left");
+  // both of them do not get there: once is enough for each
+  body_.asked.clear();
+  body_.fail_reach["reach"] = 99;
+  body_.reach_reason = "the red ball is out of reach";
+  body_.held.clear();
+  now_ += 5.0;
+  run("reach red ball");
+  EXPECT_TRUE(failed_) << story();
+  EXPECT_EQ(body_.count("reach reach"), 2);
 }
 
 TEST_F(GoalSelectionCoreTest, SettingsOutOfRangeAreRefused) {

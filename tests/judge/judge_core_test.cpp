@@ -33,11 +33,11 @@ class FakeTruth final : public GroundTruth {
     if (auto status = ask(name); !status) return status.error();
     return in_basket;
   }
-  Result<Eigen::Isometry3d> X_RootPalm() override {
+  Result<std::vector<Eigen::Isometry3d>> X_RootPalms() override {
     if (auto status = ask("palm"); !status) return status.error();
     Eigen::Isometry3d X_RootPalm = Eigen::Isometry3d::Identity();
     X_RootPalm.translation() = palm;
-    return X_RootPalm;
+    return std::vector<Eigen::Isometry3d>{X_RootPalm};
   }
 
  private:

@@ -9,14 +9,14 @@ namespace {
 
 class WorldTruthTest : public testing::Test {
  protected:
-  WorldTruth make() {
+  WorldTruth make(const std::string& hand = "right") {
     return {[this](const std::string& line) -> Result<std::string> {
               lines_.push_back(line);
               const auto found = answers_.find(line);
               if (found == answers_.end()) return Error{ErrorCode::kTimeout, "no answer"};
               return found->second;
             },
-            "right"};
+            hand};
   }
   std::map<std::string, std::string> answers_;
   std::vector<std::string> lines_;
@@ -48,12 +48,22 @@ TEST_F(WorldTruthTest, ReadsYesAndNo) {
   EXPECT_TRUE(*make().inside("red ball", "basket"));
 }
 
+TEST_F(WorldTruthTest, WhereEitherHandMayActBothPalmsAreToldOf) {
+  answers_["world palm right"] = "-0.3 0.1 0 0 0 0 1";
+  answers_["world palm left"] = "-0.3 -0.2 0 0 0 0 1";
+  EXPECT_EQ(make().X_RootPalms()->size(), 1U);
+  const auto both = make("nearer").X_RootPalms();
+  ASSERT_TRUE(both.ok()) << both.error().message;
+  ASSERT_EQ(both->size(), 2U);
+  EXPECT_NEAR((*both)[1].translation().y(), -0.2, 1e-12);
+}
+
 TEST_F(WorldTruthTest, ARefusalIsASentenceThatQuotesIt) {
   answers_["world where \"red ball\""] = "[fail] \"there is no red ball\"";
   const auto truth = make().object("red ball");
   ASSERT_FALSE(truth.ok());
   EXPECT_NE(truth.error().message.find("there is no red ball"), std::string::npos);
-  EXPECT_EQ(make().X_RootPalm().error().code, ErrorCode::kTimeout);
+  EXPECT_EQ(make().X_RootPalms().error().code, ErrorCode::kTimeout);
 }
 
 }  // namespace

@@ -9,6 +9,8 @@ namespace nido {
 
 namespace {
 
+constexpr double kMiddle_m = 0.02;  // so near to the middle either hand will do
+
 constexpr std::size_t kViewsKept = 30;
 
 double median(std::vector<double> values) {
@@ -24,8 +26,8 @@ Result<GoalSelectionCore> GoalSelectionCore::create(const PhraseBook& book, Goal
   const auto refuse = [](const std::string& sentence) {
     return Error{ErrorCode::kInvalidArgument, sentence};
   };
-  if (settings.side != "right" && settings.side != "left") {
-    return refuse(fmt::format("side is '{}'; allowed are right and left", settings.side));
+  if (settings.side != "right" && settings.side != "left" && settings.side != "nearer") {
+    return refuse(fmt::format("side is '{}'; allowed are right, left and nearer", settings.side));
   }
   if (settings.tries < 1) {
     return refuse(fmt::format("tries is {}; at least one is needed", settings.tries));
@@ -56,16 +58,20 @@ Result<GoalSelectionCore> GoalSelectionCore::create(const PhraseBook& book, Goal
 
 GoalSelectionCore::GoalSelectionCore(const PhraseBook& book, GoalNetwork network,
                                      const GoalSelectionSettings& settings)
-    : book_(book), learned_(book.objects.size()), network_(std::move(network)), settings_(settings) {}
+    : book_(book),
+      learned_(book.objects.size()),
+      network_(std::move(network)),
+      settings_(settings),
+      side_(picks_hand() ? "right" : settings.side) {}
 
 GoalSelectionOutputs GoalSelectionCore::step(double now_s, const GoalSelectionInputs& inputs) {
   out_ = {};
   now_s_ = std::max(now_s_, now_s);
   if (!started_) {
     started_ = true;
-    look("hand", settings_.side);
+    look("hand", side_);
     enter(State::kListen, "listening");
-    say("idle", "begin", fmt::format("I watch my {} hand and listen.", settings_.side));
+    say("idle", "begin", fmt::format("I watch my {} hand and listen.", side_));
   }
   take_in(inputs);
   for (const PhraseHeard& heard : inputs.heard) {
@@ -104,10 +110,9 @@ void GoalSelectionCore::take_in(const GoalSelectionInputs& inputs) {
     }
   }
   if (inputs.gaze) gaze_ = *inputs.gaze;
-  if (inputs.touch_on &&
-      std::find(inputs.touch_on->begin(), inputs.touch_on->end(), true) != inputs.touch_on->end()) {
+  const auto& touch_on = picks_hand() && side_ == "left" ? inputs.left_touch_on : inputs.touch_on;
+  if (touch_on && std::find(touch_on->begin(), touch_on->end(), true) != touch_on->end())
     last_touch_s_ = now_s_;
-  }
 
   // how the asked actions stand; answers to older questions do not count
   const auto follow = [this](Asked& asked, const std::vector<ActionState>& states, const char* who,
@@ -220,6 +225,7 @@ void GoalSelectionCore::begin(std::size_t phrase) {
   phrase_ = phrase;
   chosen_ = false;
   try_number_ = 1;
+  only_side_.clear();
   job_started_s_ = now_s_;
   enter(State::kFind, "looking for the " + object_name());
 }
@@ -262,8 +268,9 @@ void GoalSelectionCore::look(const std::string& mode, const std::string& target)
 
 void GoalSelectionCore::ask_reach(const std::string& action, const Eigen::Vector3d& p_RootTarget_m) {
   reach_ = {next_id_++, action, now_s_ + settings_.reach_limit_s, Progress::kRunning, ""};
+  hand_away_ = action != "home";
   out_.reach.push_back(
-      {reach_.id, action, name_and_shape(), p_RootTarget_m, target_.size_m, target_.yaw_rad});
+      {reach_.id, action, name_and_shape(), p_RootTarget_m, target_.size_m, target_.yaw_rad, side_});
 }
 
 std::string GoalSelectionCore::name_and_shape() const {
@@ -271,11 +278,25 @@ std::string GoalSelectionCore::name_and_shape() const {
   return taught ? object_name() + " " + target_.shape : object_name();
 }
 
+std::string GoalSelectionCore::hand_for_job() const {
+  if (!picks_hand() || !in_hand().empty()) return side_;
+  if (!only_side_.empty()) return only_side_;
+  // what is to be dropped is taken by the hand that is nearer to its whole way
+  double y_Root_m = target_.p_RootObject_m.y();
+  const auto basket = views_.find(settings_.basket);
+  if (action_ == Action::kDrop && basket != views_.end())
+    y_Root_m = 0.5 * (y_Root_m + basket->second.back().second.p_RootObject_m.y());
+  if (std::abs(y_Root_m) < kMiddle_m) return side_;
+  return y_Root_m > 0.0 ? "right" : "left";
+}
+
+std::string GoalSelectionCore::hand_text() const { return picks_hand() ? side_ + " hand" : "hand"; }
+
 void GoalSelectionCore::ask_grasp(const std::string& action) {
   if (action == "open" || action == "release") held_.clear();
   grasp_ = {next_id_++, action, now_s_ + settings_.grasp_limit_s, Progress::kRunning, ""};
   out_.grasp.push_back(
-      {grasp_.id, action, name_and_shape(), target_.p_RootObject_m, target_.size_m, target_.yaw_rad});
+      {grasp_.id, action, name_and_shape(), target_.p_RootObject_m, target_.size_m, target_.yaw_rad, side_});
 }
 
 void GoalSelectionCore::say(const std::string& stage, const std::string& state, const std::string& text) {

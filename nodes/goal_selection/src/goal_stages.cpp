@@ -20,14 +20,14 @@ std::string place_text(const SeenObject& object) {
                      p.y() >= 0.0 ? "right" : "left");
 }
 
-// reach says so in its sentence; trying the same place again is of no use then
-bool says_out_of_reach(const std::string& reason) { return reason.find("out of reach") != std::string::npos; }
-
 // a reason as the end of a sentence of our own
 std::string clause(std::string reason) {
   while (!reason.empty() && (reason.back() == '.' || reason.back() == ' ')) reason.pop_back();
   return reason;
 }
+
+// reach says so in its sentence
+bool says_out_of_reach(const std::string& reason) { return reason.find("out of reach") != std::string::npos; }
 
 }  // namespace
 
@@ -39,6 +39,8 @@ void GoalSelectionCore::advance() {
       return step_find();
     case State::kFixate:
       return step_fixate();
+    case State::kChangeHands:
+      return step_change_hands();
     case State::kReach:
       return step_reach();
     case State::kPregrasp:
@@ -89,6 +91,15 @@ bool GoalSelectionCore::measured(const std::string& name, SeenObject& result) {
   return true;
 }
 
+void GoalSelectionCore::reach_failed(const std::string& stage, const std::string& what) {
+  const std::string sentence = fmt::format("{}: {}.", what, clause(reach_.reason));
+  if (!says_out_of_reach(reach_.reason)) return stage_failed(stage, sentence);
+  // trying the same place again is of no use
+  const bool other_hand = picks_hand() && only_side_.empty();
+  if (other_hand) only_side_ = side_ == "right" ? "left" : "right";
+  stage_failed(stage, sentence, other_hand);
+}
+
 void GoalSelectionCore::step_find() {
   if (!found(object_name(), "seen",
              fmt::format("I looked over the whole table and do not find the {}.", object_name()))) {
@@ -116,6 +127,7 @@ void GoalSelectionCore::step_fixate() {
     }
     return;
   }
+  if (change_hands()) return;
   say("seen", "done", fmt::format("I see the {} {}.", object_name(), place_text(target_)));
   switch (action_) {
     case Action::kIdle:
@@ -126,7 +138,8 @@ void GoalSelectionCore::step_fixate() {
       break;
     case Action::kReach:
       ask_reach("reach", target_.p_RootObject_m);
-      say("reached", "begin", fmt::format("I reach for the {}.", object_name()));
+      say("reached", "begin",
+          fmt::format("I reach for the {}{}.", object_name(), picks_hand() ? " with my " + hand_text() : ""));
       enter(State::kReach, "reaching for the " + object_name());
       break;
     case Action::kGrasp:
@@ -144,17 +157,40 @@ void GoalSelectionCore::step_fixate() {
       }
       ask_grasp("open");
       ask_reach("pregrasp", target_.p_RootObject_m);
-      say("reached", "begin", fmt::format("I open my hand and reach for the {}.", object_name()));
+      say("reached", "begin", fmt::format("I open my {} and reach for the {}.", hand_text(), object_name()));
       enter(State::kPregrasp, "reaching for the " + object_name());
       break;
   }
 }
 
-void GoalSelectionCore::step_reach() {
+bool GoalSelectionCore::change_hands() {
+  if (action_ == Action::kIdle) return false;
+  const std::string side = hand_for_job();
+  if (side == side_) return false;
+  if (hand_away_) ask_reach("home", target_.p_RootObject_m);
+  if (reach_.progress != Progress::kRunning) {
+    side_ = side;
+    return false;
+  }
+  enter(State::kChangeHands, fmt::format("taking my {} back", hand_text()));
+  return true;
+}
+
+void GoalSelectionCore::step_change_hands() {
+  if (reach_.progress == Progress::kRunning) return;
   if (reach_.progress == Progress::kFailed) {
     stage_failed("reached",
-                 fmt::format("I could not reach the {}: {}.", object_name(), clause(reach_.reason)),
-                 !says_out_of_reach(reach_.reason));
+                 fmt::format("I could not take my {} back: {}.", hand_text(), clause(reach_.reason)));
+    return;
+  }
+  side_ = hand_for_job();
+  // things are looked at again, now that nothing hides them
+  enter(State::kFixate, "looking at the " + object_name());
+}
+
+void GoalSelectionCore::step_reach() {
+  if (reach_.progress == Progress::kFailed) {
+    reach_failed("reached", fmt::format("I could not reach the {}", object_name()));
   } else if (reach_.progress == Progress::kDone) {
     say("reached", "done",
         fmt::format("My hand is at the {}, {:.0f} mm from where I wanted it.", object_name(),
@@ -165,9 +201,7 @@ void GoalSelectionCore::step_reach() {
 
 void GoalSelectionCore::step_pregrasp() {
   if (reach_.progress == Progress::kFailed) {
-    stage_failed("reached",
-                 fmt::format("I could not reach the {}: {}.", object_name(), clause(reach_.reason)),
-                 !says_out_of_reach(reach_.reason));
+    reach_failed("reached", fmt::format("I could not reach the {}", object_name()));
   } else if (grasp_.progress == Progress::kFailed) {
     stage_failed("reached", fmt::format("I could not open my hand: {}.", clause(grasp_.reason)));
   } else if (reach_.progress == Progress::kDone && grasp_.progress == Progress::kDone) {
@@ -283,10 +317,8 @@ void GoalSelectionCore::carry_to_basket() {
 void GoalSelectionCore::step_carry() {
   if (lost_it("carried")) return;
   if (reach_.progress == Progress::kFailed) {
-    stage_failed("carried",
-                 fmt::format("I could not bring the {} over the {}: {}.", object_name(), settings_.basket,
-                             clause(reach_.reason)),
-                 !says_out_of_reach(reach_.reason));
+    reach_failed("carried",
+                 fmt::format("I could not bring the {} over the {}", object_name(), settings_.basket));
   } else if (reach_.progress == Progress::kDone) {
     say("carried", "done", fmt::format("The {} is over the {}.", object_name(), settings_.basket));
     ask_grasp("release");

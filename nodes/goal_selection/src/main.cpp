@@ -95,13 +95,24 @@ struct Ports {
   std::unique_ptr<Input<msgs::ActionStatus>> reach_status;
   std::unique_ptr<Input<msgs::ActionStatus>> grasp_status;
   std::unique_ptr<Input<msgs::Touch>> touch;
+  std::unique_ptr<Input<msgs::Touch>> left_touch;  // this and the others of the left hand: with side "nearer"
   std::unique_ptr<Output<msgs::GazeGoal>> gaze;
   std::unique_ptr<Output<msgs::ActionGoal>> reach;
   std::unique_ptr<Output<msgs::ActionGoal>> grasp;
+  std::unique_ptr<Output<msgs::ActionGoal>> left_reach;
+  std::unique_ptr<Output<msgs::ActionGoal>> left_grasp;
   std::unique_ptr<Output<msgs::StageEvent>> stage;
 };
 
-Status open_ports(Node& node, Ports& ports) {
+Status open_ports(Node& node, bool both_hands, Ports& ports) {
+  if (both_hands) {
+    if (Status s = open_into(node, ports.left_touch, "/goal_selection/left_touch:i", Profile::kSensor, 4); !s)
+      return s;
+    if (Status s = open_into(node, ports.left_reach, "/goal_selection/left_reach:o", Profile::kCommand); !s)
+      return s;
+    if (Status s = open_into(node, ports.left_grasp, "/goal_selection/left_grasp:o", Profile::kCommand); !s)
+      return s;
+  }
   if (Status s = open_into(node, ports.heard, "/goal_selection/heard:i", Profile::kEvent, 16); !s) return s;
   if (Status s = open_into(node, ports.objects, "/goal_selection/objects:i", Profile::kState, 16); !s)
     return s;
@@ -118,6 +129,14 @@ Status open_ports(Node& node, Ports& ports) {
   if (Status s = open_into(node, ports.reach, "/goal_selection/reach:o", Profile::kCommand); !s) return s;
   if (Status s = open_into(node, ports.grasp, "/goal_selection/grasp:o", Profile::kCommand); !s) return s;
   return open_into(node, ports.stage, "/goal_selection/stage:o", Profile::kEvent, 64);
+}
+
+std::optional<std::array<bool, 6>> take_touch(Input<msgs::Touch>& port) {
+  const auto message = port.take_latest();
+  if (!message || message->on().size() < 6) return std::nullopt;
+  std::array<bool, 6> on{};
+  for (std::size_t i = 0; i < on.size(); ++i) on[i] = message->on()[i];
+  return on;
 }
 
 GoalSelectionInputs take_in(Ports& ports) {
@@ -137,10 +156,8 @@ GoalSelectionInputs take_in(Ports& ports) {
   }
   while (const auto message = ports.reach_status->take()) in.reach.push_back(to_state(*message));
   while (const auto message = ports.grasp_status->take()) in.grasp.push_back(to_state(*message));
-  if (const auto message = ports.touch->take_latest(); message && message->on().size() >= 6) {
-    in.touch_on.emplace();
-    for (std::size_t i = 0; i < 6; ++i) (*in.touch_on)[i] = message->on()[i];
-  }
+  in.touch_on = take_touch(*ports.touch);
+  if (ports.left_touch) in.left_touch_on = take_touch(*ports.left_touch);
   return in;
 }
 
@@ -153,10 +170,12 @@ Status put_out(Ports& ports, const GoalSelectionOutputs& out, Time now) {
     if (Status written = ports.gaze->write(message); !written) return written;
   }
   for (const ActionCommand& command : out.reach) {
-    if (Status written = ports.reach->write(to_message(command, now)); !written) return written;
+    const auto& port = ports.left_reach && command.side == "left" ? ports.left_reach : ports.reach;
+    if (Status written = port->write(to_message(command, now)); !written) return written;
   }
   for (const ActionCommand& command : out.grasp) {
-    if (Status written = ports.grasp->write(to_message(command, now)); !written) return written;
+    const auto& port = ports.left_grasp && command.side == "left" ? ports.left_grasp : ports.grasp;
+    if (Status written = port->write(to_message(command, now)); !written) return written;
   }
   for (const StageLine& line : out.stages) {
     msgs::StageEvent message;
@@ -200,7 +219,7 @@ Status run(Node& node) {
   }
 
   Ports ports;
-  if (Status opened = open_ports(node, ports); !opened) return opened;
+  if (Status opened = open_ports(node, settings->side == "nearer", ports); !opened) return opened;
   node.set_ready();
   return node.run([&](Time now) -> Status {
     const GoalSelectionOutputs out = core->step(now.seconds(), take_in(ports));

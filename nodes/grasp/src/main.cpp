@@ -43,7 +43,7 @@ msgs::ActionStatus status_message(const GraspStatus& status, Time now) {
 
 // What the process was told to do and with what.
 struct Settings {
-  std::string side, urdf, postures, weights, mode, save, command;
+  std::string side, ports, urdf, postures, weights, mode, save, command;
 };
 
 Result<Settings> read_settings(Node& node) {
@@ -64,6 +64,7 @@ Result<Settings> read_settings(Node& node) {
     }
   };
   take("side", "right", settings.side);
+  take("ports", "/grasp", settings.ports);  // what they are called by
   take("urdf", shipped("robots", "icub.urdf"), settings.urdf);
   take("postures", shipped("robots", "grasp_postures.yaml"), settings.postures);
   take("weights", shipped("weights", "grasp.txt"), settings.weights);
@@ -98,21 +99,21 @@ Status run(Node& node) {
   }
   GraspCore core(*options_result, policy);
 
-  auto goal_in = node.open_input<msgs::ActionGoal>("/grasp/goal:i", Profile::kEvent);
+  auto goal_in = node.open_input<msgs::ActionGoal>(settings->ports + "/goal:i", Profile::kEvent);
   if (!goal_in) return goal_in.error();
-  auto touch_in = node.open_input<msgs::Touch>("/grasp/touch:i", Profile::kSensor);
+  auto touch_in = node.open_input<msgs::Touch>(settings->ports + "/touch:i", Profile::kSensor);
   if (!touch_in) return touch_in.error();
-  auto arm_in = node.open_input<msgs::JointState>("/grasp/arm:i", Profile::kState);
+  auto arm_in = node.open_input<msgs::JointState>(settings->ports + "/arm:i", Profile::kState);
   if (!arm_in) return arm_in.error();
   std::unique_ptr<Input<msgs::Reward>> reward_in;
   if (settings->mode != "act") {
-    auto reward_result = node.open_input<msgs::Reward>("/grasp/reward:i", Profile::kEvent);
+    auto reward_result = node.open_input<msgs::Reward>(settings->ports + "/reward:i", Profile::kEvent);
     if (!reward_result) return reward_result.error();
     reward_in = std::move(*reward_result);
   }
-  auto command_out = node.open_output<msgs::JointCommand>("/grasp/command:o", Profile::kCommand);
+  auto command_out = node.open_output<msgs::JointCommand>(settings->ports + "/command:o", Profile::kCommand);
   if (!command_out) return command_out.error();
-  auto status_out = node.open_output<msgs::ActionStatus>("/grasp/status:o", Profile::kEvent);
+  auto status_out = node.open_output<msgs::ActionStatus>(settings->ports + "/status:o", Profile::kEvent);
   if (!status_out) return status_out.error();
   node.set_ready();
 

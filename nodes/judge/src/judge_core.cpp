@@ -139,17 +139,19 @@ void JudgeCore::check_earlier(GroundTruth& truth) {
 void JudgeCore::judge_stop(double now_s, GroundTruth& truth) {
   constexpr double kLook_s = 0.2;  // between two looks at a hand that must rest
   const double late_s = *end_s_ - *interrupted_s_;
-  if (now_s < *interrupted_s_ + settings_.stop_s + (palm_m_ ? kLook_s : 0.0)) return;
-  const auto palm = truth.X_RootPalm();
-  if (!palm) {
-    conclude(false, fmt::format("The world does not tell where the hand is: {}", palm.error().message));
+  if (now_s < *interrupted_s_ + settings_.stop_s + (palms_m_.empty() ? 0.0 : kLook_s)) return;
+  const auto palms = truth.X_RootPalms();
+  if (!palms) {
+    conclude(false, fmt::format("The world does not tell where the hand is: {}", palms.error().message));
     return;
   }
-  if (!palm_m_) {
-    palm_m_ = palm->translation();
+  if (palms_m_.empty()) {
+    for (const Eigen::Isometry3d& palm : *palms) palms_m_.emplace_back(palm.translation());
     return;
   }
-  const double moved_m = (palm->translation() - *palm_m_).norm();
+  double moved_m = 0.0;
+  for (std::size_t i = 0; i < palms->size(); ++i)
+    moved_m = std::max(moved_m, ((*palms)[i].translation() - palms_m_[i]).norm());
   metrics_.emplace_back("stop_latency_s", Metric{late_s, "s"});
   if (late_s > settings_.stop_s) {
     conclude(false, fmt::format("The robot stopped {:.2f} s after it was told to; {:.2f} s are allowed.",
@@ -267,16 +269,20 @@ void JudgeCore::judge_grasp(double now_s, GroundTruth& truth) {
 
 void JudgeCore::judge_reach(GroundTruth& truth) {
   const auto object = truth.object(object_name());
-  const auto palm = truth.X_RootPalm();
-  if (!object || !palm) {
+  const auto palms = truth.X_RootPalms();
+  if (!object || !palms) {
     conclude(false, fmt::format("The world does not tell where hand and {} are: {}", object_name(),
-                                object ? palm.error().message : object.error().message));
+                                object ? palms.error().message : object.error().message));
     return;
   }
-  const double distance_m = distance_to_box(palm->translation(), *object);
+  const Eigen::Vector3d palm_m =
+      std::min_element(palms->begin(), palms->end(), [&](const auto& a, const auto& b) {
+        return distance_to_box(a.translation(), *object) < distance_to_box(b.translation(), *object);
+      })->translation();
+  const double distance_m = distance_to_box(palm_m, *object);
   metrics_.emplace_back("palm_distance_m", Metric{distance_m, "m"});
   metrics_.emplace_back("palm_centre_distance_m",
-                        Metric{(palm->translation() - object->X_RootObject.translation()).norm(), "m"});
+                        Metric{(palm_m - object->X_RootObject.translation()).norm(), "m"});
   const bool near = distance_m <= settings_.reach_m;
   conclude(near, fmt::format("The palm is {:.1f} cm from the {}{}.", 100.0 * distance_m, object_name(),
                              near ? "" : fmt::format("; {:.0f} cm are allowed", 100.0 * settings_.reach_m)));

@@ -174,7 +174,7 @@ class JudgeNode {
       pictures_.found(ns_of(message->header()), std::move(boxes));
     }
     while (const auto message = hand_->take()) {
-      if (message->side() != parameters_.hand) continue;
+      if (parameters_.hand != "nearer" && message->side() != parameters_.hand) continue;
       pictures_.hand({message->side() + " hand", message->left_box(), message->right_box()},
                      message->visible());
     }

@@ -57,10 +57,15 @@ Result<bool> WorldTruth::inside(const std::string& object, const std::string& ba
   return values->front() != 0.0;
 }
 
-Result<Eigen::Isometry3d> WorldTruth::X_RootPalm() {
-  const auto values = numbers(fmt::format("world palm {}", hand_), 7);
-  if (!values) return values.error();
-  return pose_of(*values);
+Result<std::vector<Eigen::Isometry3d>> WorldTruth::X_RootPalms() {
+  std::vector<Eigen::Isometry3d> palms;
+  for (const char* const side : {"right", "left"}) {
+    if (hand_ != "nearer" && hand_ != side) continue;
+    const auto values = numbers(fmt::format("world palm {}", side), 7);
+    if (!values) return values.error();
+    palms.push_back(pose_of(*values));
+  }
+  return palms;
 }
 
 }  // namespace nido

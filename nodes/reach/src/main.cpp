@@ -6,8 +6,8 @@
 
 #include "nido/launcher/paths.h"
 #include "nido/middleware/node.h"
+#include "nido/middleware/open_port.h"
 #include "nido/middleware/stamp.h"
-#include "nido/middleware/typed_port.h"
 #include "nido/msgs/types.h"
 #include "nido/reach/babbling.h"
 #include "nido/reach/settings.h"
@@ -66,41 +66,20 @@ struct Ports {
   std::unique_ptr<Output<msgs::StageEvent>> outcome;
 };
 
-template <class T, class Port>
-Status open_in(Node& node, const char* name, Profile profile, Port& port) {
-  auto opened = node.open_input<T>(name, profile);
-  if (!opened) return opened.error();
-  port = std::move(*opened);
-  return {};
-}
-template <class T, class Port>
-Status open_out(Node& node, const char* name, Profile profile, Port& port) {
-  auto opened = node.open_output<T>(name, profile);
-  if (!opened) return opened.error();
-  port = std::move(*opened);
-  return {};
-}
-
-Result<Ports> open_ports(Node& node, bool babbles) {
+// `prefix`: "/reach", or what else the ports are called by.
+Result<Ports> open_ports(Node& node, const std::string& prefix, bool babbles) {
   Ports ports;
-  Status opened = open_in<msgs::HandView>(node, "/reach/hand:i", Profile::kState, ports.hand);
-  if (opened) opened = open_in<msgs::JointState>(node, "/reach/arm:i", Profile::kState, ports.arm);
-  if (opened) opened = open_in<msgs::JointState>(node, "/reach/torso:i", Profile::kState, ports.torso);
-  if (opened)
-    opened = open_out<msgs::JointCommand>(node, "/reach/command:o", Profile::kCommand, ports.command);
-  if (opened)
-    opened = open_out<msgs::JointCommand>(node, "/reach/torso:o", Profile::kCommand, ports.torso_command);
-  if (opened) opened = open_out<msgs::ActionStatus>(node, "/reach/status:o", Profile::kEvent, ports.status);
-  if (opened && babbles)
-    opened = open_out<msgs::GazeGoal>(node, "/reach/gaze:o", Profile::kEvent, ports.gaze);
-  if (opened && !babbles)
-    opened = open_in<msgs::ActionGoal>(node, "/reach/goal:i", Profile::kEvent, ports.goal);
-  if (opened && !babbles)
-    opened = open_in<msgs::Percepts>(node, "/reach/objects:i", Profile::kState, ports.objects);
-  if (opened && !babbles) opened = open_in<msgs::Heard>(node, "/reach/heard:i", Profile::kEvent, ports.heard);
-  if (opened && babbles) {
-    opened = open_out<msgs::StageEvent>(node, "/reach/outcome:o", Profile::kEvent, ports.outcome);
-  }
+  Status opened = open_into(node, ports.hand, prefix + "/hand:i", Profile::kState);
+  if (opened) opened = open_into(node, ports.arm, prefix + "/arm:i", Profile::kState);
+  if (opened) opened = open_into(node, ports.torso, prefix + "/torso:i", Profile::kState);
+  if (opened) opened = open_into(node, ports.command, prefix + "/command:o", Profile::kCommand);
+  if (opened) opened = open_into(node, ports.torso_command, prefix + "/torso:o", Profile::kCommand);
+  if (opened) opened = open_into(node, ports.status, prefix + "/status:o", Profile::kEvent);
+  if (opened && babbles) opened = open_into(node, ports.gaze, prefix + "/gaze:o", Profile::kEvent);
+  if (opened && babbles) opened = open_into(node, ports.outcome, prefix + "/outcome:o", Profile::kEvent);
+  if (opened && !babbles) opened = open_into(node, ports.goal, prefix + "/goal:i", Profile::kEvent);
+  if (opened && !babbles) opened = open_into(node, ports.objects, prefix + "/objects:i", Profile::kState);
+  if (opened && !babbles) opened = open_into(node, ports.heard, prefix + "/heard:i", Profile::kEvent);
   if (!opened) return opened.error();
   return ports;
 }
@@ -129,10 +108,16 @@ class Encoders {
 };
 
 std::optional<HandSighting> take_hand(Ports& ports, const std::string& side) {
-  auto view = ports.hand->take_latest();
-  if (!view || !view->visible() || view->side() != side) return std::nullopt;
-  return HandSighting{time_of(view->header()).seconds(), to_eigen(view->pose().position()),
-                      view->confidence()};
+  std::optional<HandSighting> latest;
+  while (const auto view = ports.hand->take()) {
+    if (view->side() != side) continue;
+    latest.reset();
+    if (view->visible()) {
+      latest = HandSighting{time_of(view->header()).seconds(), to_eigen(view->pose().position()),
+                            view->confidence()};
+    }
+  }
+  return latest;
 }
 
 // "a bit left": a person says how a reach should have been.
@@ -145,13 +130,20 @@ std::optional<std::string> take_correction(Ports& ports) {
   return direction;
 }
 
-Status send(Ports& ports, Time now, const Joints& q) {
+Status send(Ports& ports, Time now, const Joints& q, bool with_torso = true) {
   if (auto sent = ports.command->write(command_of(now, kTorsoJoints, kArmJoints, q)); !sent) return sent;
+  if (!with_torso) return {};
   return ports.torso_command->write(command_of(now, 0, kTorsoJoints, q));
 }
 
 Status act(Node& node, const SettingsPaths& paths, const std::string& side, const PlannerOptions& planner,
            bool paper_network_alone, bool home_at_start, const std::string& corrections_file) {
+  const auto prefix =
+      node.parameter<std::string>("ports", "/reach", {.about = "what the ports are called by"});
+  if (!prefix) return prefix.error();
+  const auto shares_torso = node.parameter<bool>(
+      "shares_torso", false, {.about = "another arm moves the torso, too: it is left alone between actions"});
+  if (!shares_torso) return shares_torso.error();
   auto core = make_reach_core(paths, side, paper_network_alone, planner);
   if (!core) return core.error();
   if (!corrections_file.empty() && std::filesystem::exists(corrections_file)) {
@@ -159,7 +151,7 @@ Status act(Node& node, const SettingsPaths& paths, const std::string& side, cons
     if (!corrections) return corrections.error();
     core->set_corrections(std::move(*corrections));
   }
-  auto ports = open_ports(node, false);
+  auto ports = open_ports(node, *prefix, false);
   if (!ports) return ports.error();
   node.set_ready();
 
@@ -193,9 +185,11 @@ Status act(Node& node, const SettingsPaths& paths, const std::string& side, cons
       input.goal->action = "home";
       go_home = false;
     }
+    if (*shares_torso) core->follow_torso();
     const ReachOutput out = core->step(now.seconds(), input);
     if (out.command_rad) {
-      if (auto sent = send(*ports, now, *out.command_rad); !sent) return sent;
+      const bool acts = last.state == ActionState::kRunning || out.status.state == ActionState::kRunning;
+      if (auto sent = send(*ports, now, *out.command_rad, acts || !*shares_torso); !sent) return sent;
     }
     if (out.note) node.log_info(*out.note);
     if (out.corrected && !corrections_file.empty()) {
@@ -244,7 +238,7 @@ Status babble(Node& node, const SettingsPaths& paths, const std::string& side) {
   if (options.whole_body) options.spacing_rad = 0.06;
   auto body = load_body(paths.urdf, paths.calibration, side);
   if (!body) return body.error();
-  auto ports = open_ports(node, true);
+  auto ports = open_ports(node, "/reach", true);
   if (!ports) return ports.error();
   node.set_ready();
 

@@ -149,6 +149,7 @@ Result<ApproachPlan> MotionPlanner::approach(const PalmPosture& posture, const S
     X_RootObject.translation() = object.p_Root_m;
     if (posture.above_top_m) X_RootObject.translation().z() += 0.5 * object.size_m.z() + *posture.above_top_m;
     ApproachPlan plan;
+    plan.turn_rad = turn;
     plan.goal.X_RootPalm = X_RootObject * posture.X_ObjectPalm;
     const Eigen::Vector3d back_Root_m =
         -posture.standoff_m * (X_RootObject.linear() * posture.approach_Object);

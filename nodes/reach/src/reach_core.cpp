@@ -77,6 +77,11 @@ ReachOutput ReachCore::step(double now_s, const ReachInput& input) {
   return {command_, status_, note_, corrected_};
 }
 
+void ReachCore::follow_torso() {
+  if (status_.state == ActionState::kRunning || waiting_ || !command_ || !measured_) return;
+  command_->head<kTorsoJoints>() = measured_->head<kTorsoJoints>();
+}
+
 bool ReachCore::coast() {
   if (!command_ || coast_rad_.cwiseAbs().maxCoeff() < 1e-4) {
     coast_rad_.setZero();
@@ -190,7 +195,16 @@ Status ReachCore::plan(const ReachGoal& goal) {
 Status ReachCore::plan_approach(const ReachGoal& goal, const PalmPosture& posture) {
   const Eigen::Vector3d offset_m = corrections_.offset_m(goal.action, goal.object, goal.p_Root_m);
   const SeenObject object{goal.object, goal.p_Root_m + offset_m, goal.size_m};
-  auto approach = planner_.approach(posture, object, goal.yaw_rad, *command_);
+  // what was corrected is the hand's place when it is turned as it was then, round the thing
+  PalmPosture turned = posture;
+  if (!offset_m.isZero()) {
+    const auto uncorrected =
+        planner_.approach(posture, {goal.object, goal.p_Root_m, goal.size_m}, goal.yaw_rad, *command_);
+    if (uncorrected) turned.turns_rad = {uncorrected->turn_rad};
+  }
+  auto approach = planner_.approach(turned, object, goal.yaw_rad, *command_);
+  if (!approach && turned.turns_rad.size() < posture.turns_rad.size())
+    approach = planner_.approach(posture, object, goal.yaw_rad, *command_);
   if (!approach) return approach.error();
   auto way = planner_.free_way(*command_, approach->q_standoff);
   if (!way) return Error{way.error().code, "to '" + goal.object + "': " + way.error().message};

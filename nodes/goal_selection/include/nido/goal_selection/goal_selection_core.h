@@ -17,7 +17,8 @@ namespace nido {
 
 // Bounds and distances of the behaviour. Times in s, lengths in m.
 struct GoalSelectionSettings {
-  std::string side = "right";              // hand that acts
+  // Hand that acts. "nearer": the right one for what lies on the right, the left one for the rest.
+  std::string side = "right";
   std::string basket = "basket";           // name of the basket's percept
   int tries = 3;                           // attempts at an object before a failure is final
   double lowest_percept_confidence = 0.3;  // 0..1; what vision is less sure of is not seen
@@ -77,7 +78,9 @@ struct GoalSelectionInputs {
   std::optional<GazeState> gaze;                   // latest
   std::vector<ActionState> reach;                  // every status
   std::vector<ActionState> grasp;                  // every status
-  std::optional<std::array<bool, 6>> touch_on;     // latest, of the acting hand: five finger tips, palm
+  // latest, of the acting hand: five finger tips, palm; with side "nearer" of the right one
+  std::optional<std::array<bool, 6>> touch_on;
+  std::optional<std::array<bool, 6>> left_touch_on;  // with side "nearer" only
 };
 
 struct GazeCommand {
@@ -92,6 +95,7 @@ struct ActionCommand {
   Eigen::Vector3d p_RootTarget_m = Eigen::Vector3d::Zero();
   Eigen::Vector3d size_m = Eigen::Vector3d::Zero();
   double yaw_rad = 0.0;
+  std::string side;  // of the hand: "right" or "left"
 };
 
 struct StageLine {
@@ -137,6 +141,7 @@ class GoalSelectionCore {
     kListen,        // nothing to do
     kFind,          // search until the object is seen
     kFixate,        // centre it, then take its position
+    kChangeHands,   // the other hand is to act: this one goes home first
     kReach,         // the hand goes to it: job "reach"
     kPregrasp,      // the hand opens and goes round it
     kClose,         // the fingers close
@@ -183,6 +188,9 @@ class GoalSelectionCore {
 
   void step_find();
   void step_fixate();
+  // True if the hand that is to act is not the one that acted, and has to wait until that one is home.
+  bool change_hands();
+  void step_change_hands();
   void step_reach();
   void step_pregrasp();
   void step_close();
@@ -212,6 +220,13 @@ class GoalSelectionCore {
   void finish(bool success, const std::string& text);
   // A stage did not work: looks again if tries are left, else ends the job.
   void stage_failed(const std::string& stage, const std::string& sentence, bool worth_another_try = true);
+  // The arm did not get there: if that was too far for it, the other one may try, else nobody.
+  void reach_failed(const std::string& stage, const std::string& what);
+  // The hand for the job, by where things are seen.
+  [[nodiscard]] std::string hand_for_job() const;
+  // "hand", or where it could be either one "left hand".
+  [[nodiscard]] std::string hand_text() const;
+  [[nodiscard]] bool picks_hand() const { return settings_.side == "nearer"; }
 
   [[nodiscard]] const std::string& object_name() const;
   // Median of the views since `since_s` that are not too old; nothing with fewer than `count`.
@@ -235,6 +250,9 @@ class GoalSelectionCore {
   Action action_ = Action::kIdle;
   bool chosen_ = false;
   int try_number_ = 1;
+  std::string side_;        // of the hand that acts, or acted last
+  std::string only_side_;   // of the hand that is left for this job; empty: either
+  bool hand_away_ = false;  // that hand is not at home
   double job_started_s_ = 0.0;
   LessonListener lesson_listener_;
   std::map<std::string, Verb> to_learn_;  // by name: lessons that were heard and whose thing is to be seen

@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "nido/interfaces/result.h"
 
@@ -21,8 +22,9 @@ class GroundTruth {
   // A hand touches it, and nothing of the world does.
   virtual Result<bool> held(const std::string& name) = 0;
   virtual Result<bool> inside(const std::string& object, const std::string& basket) = 0;
-  // Palm frame of the acting hand (x towards the fingers, z out of the palm).
-  virtual Result<Eigen::Isometry3d> X_RootPalm() = 0;
+  // Palm frames of the hands that may act (x towards the fingers, z out of the palm), one or both; always in
+  // the same order.
+  virtual Result<std::vector<Eigen::Isometry3d>> X_RootPalms() = 0;
 };
 
 // Distance of a point from the surface of a box (0 inside). Shape: root frame.

@@ -86,14 +86,14 @@ class JudgeCore {
   PhraseBook book_;
   LessonListener lesson_listener_;  // a bare name is an order after a lesson
   JudgeSettings settings_;
-  std::vector<std::string> said_;          // all that is said, one after the other; empty: not known
-  std::size_t orders_ = 1;                 // phrases that are said, without interruptions
-  std::size_t ended_ = 0;                  // of these
-  std::deque<std::size_t> later_;          // heard while another one was carried out
-  std::vector<std::string> dropped_;       // objects that earlier orders brought into the basket, as it seems
-  std::string earlier_trouble_;            // of an order that was not the last
-  std::optional<double> interrupted_s_;    // end of the interruption that was heard
-  std::optional<Eigen::Vector3d> palm_m_;  // at the time when it must rest
+  std::vector<std::string> said_;         // all that is said, one after the other; empty: not known
+  std::size_t orders_ = 1;                // phrases that are said, without interruptions
+  std::size_t ended_ = 0;                 // of these
+  std::deque<std::size_t> later_;         // heard while another one was carried out
+  std::vector<std::string> dropped_;      // objects that earlier orders brought into the basket, as it seems
+  std::string earlier_trouble_;           // of an order that was not the last
+  std::optional<double> interrupted_s_;   // end of the interruption that was heard
+  std::vector<Eigen::Vector3d> palms_m_;  // at the time when it must rest
   std::vector<std::string> heard_texts_;
   std::optional<std::size_t> phrase_;  // heard and known
   std::string heard_text_;

@@ -13,13 +13,13 @@ namespace nido {
 class WorldTruth final : public GroundTruth {
  public:
   using Ask = std::function<Result<std::string>(const std::string& line)>;
-  // `hand`: "right" or "left".
+  // `hand`: that may act: "right", "left" or "nearer", that is, either.
   WorldTruth(Ask ask, std::string hand) : ask_(std::move(ask)), hand_(std::move(hand)) {}
 
   Result<ObjectTruth> object(const std::string& name) override;
   Result<bool> held(const std::string& name) override;
   Result<bool> inside(const std::string& object, const std::string& basket) override;
-  Result<Eigen::Isometry3d> X_RootPalm() override;
+  Result<std::vector<Eigen::Isometry3d>> X_RootPalms() override;
 
  private:
   // Asks and reads `count` numbers from the answer.

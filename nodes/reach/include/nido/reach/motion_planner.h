@@ -58,6 +58,7 @@ struct ApproachPlan {
   PalmGoal standoff;
   Joints q_goal = Joints::Zero();
   Joints q_standoff = Joints::Zero();
+  double turn_rad = 0.0;  // the one of PalmPosture::turns_rad that was taken
 };
 
 // Plans of the arm through its workspace: postures by learned model and inverse kinematics, ways around table

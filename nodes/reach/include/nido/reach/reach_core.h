@@ -103,6 +103,10 @@ class ReachCore {
   // now_s: the node's clock, never going back.
   ReachOutput step(double now_s, const ReachInput& input);
 
+  // Where another arm may move the torso while this one does nothing: the next way begins from where the
+  // torso is by then.
+  void follow_torso();
+
   [[nodiscard]] const MotionPlanner& planner() const { return planner_; }
   [[nodiscard]] const Eigen::Vector3d& visual_offset_m() const { return visual_offset_m_; }
   // What people have corrected so far, and what they had before.
