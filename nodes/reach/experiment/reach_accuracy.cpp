@@ -8,6 +8,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "changed_body.h"
 #include "nido/experiment/kept.h"
 #include "nido/report/experiment_cli.h"
 #include "nido/report/report.h"
@@ -19,6 +20,7 @@ namespace {
 struct Request : ExperimentRequest {
   int block = 31;
   std::string hand = "right";
+  std::string change = "none";  // of the body, that nobody tells the robot of
   int domain = kFreeDomain;
 };
 
@@ -48,17 +50,23 @@ std::vector<Block> blocks(const Request& request) {
   return all;
 }
 
-Result<nlohmann::json> trials_of(const Request& request, const Block& block, const Lane& lane) {
+std::filesystem::path changed_folder(const Request& request) {
+  return std::filesystem::absolute(std::filesystem::path(request.out) / "body");
+}
+
+Result<nlohmann::json> trials_of(const Request& request, const Block& block, const std::string& robot,
+                                 const Lane& lane) {
   const std::filesystem::path out = std::filesystem::absolute(
       std::filesystem::path(request.out) / fmt::format("{}-{}", block.controller.name, block.seed));
   const std::filesystem::path file = out / "trials.json";
-  const Status ran = run_app_once(
-      {"reach_accuracy",
-       {"--seed", std::to_string(block.seed), "--rate", "max", "--lockstep", "--hand", request.hand, "--set",
-        fmt::format("trials.trials={}", block.balls), "--set", fmt::format("trials.file={}", file.string()),
-        "--set", fmt::format("reach.controller={}", block.controller.name)},
-       out.string()},
-      lane);
+  const Status ran =
+      run_app_once({"reach_accuracy",
+                    {"--seed", std::to_string(block.seed), "--rate", "max", "--lockstep", "--robot", robot,
+                     "--hand", request.hand, "--set", fmt::format("trials.trials={}", block.balls), "--set",
+                     fmt::format("trials.file={}", file.string()), "--set",
+                     fmt::format("reach.controller={}", block.controller.name)},
+                    out.string()},
+                   lane);
   if (!ran) return ran.error();
   std::ifstream stream(file);
   auto json = nlohmann::json::parse(stream, nullptr, false);
@@ -81,8 +89,16 @@ Report make_report(const Request& request, const Results& done) {
       "nothing. Once with the "
       "network of the paper alone, once with the learned model of the seen hand in inverse kinematics and "
       "the eyes' correction.";
-  report.command = fmt::format("nido experiment run reach-accuracy --seed {} --trials {}{}", request.seed,
-                               request.trials, request.hand == "right" ? "" : " --hand " + request.hand);
+  if (request.change != "none") {
+    report.summary += fmt::format(
+        " The body was changed ({}) and the robot was not told: `hand_error_m.first` is the first ball of "
+        "each "
+        "start, the other figures are those of the balls after it.",
+        request.change == "eyes" ? "both eyes tilted by 6 degrees" : "the forearm is 2 cm longer");
+  }
+  report.command = fmt::format("nido experiment run reach-accuracy --seed {} --trials {}{}{}", request.seed,
+                               request.trials, request.hand == "right" ? "" : " --hand " + request.hand,
+                               request.change == "none" ? "" : " --change " + request.change);
   report.seed = request.seed;
   report.trials = request.trials;
   report.robot = "icub_sim_babbling";
@@ -90,10 +106,19 @@ Report make_report(const Request& request, const Results& done) {
   const std::vector<Block> all = blocks(request);
   for (const Controller& controller : kControllers) {
     nlohmann::json trials = nlohmann::json::array();
+    std::vector<double> first_errors;  // of a changed body
     for (const auto& [block, result] : done) {
       if (std::string_view(all[static_cast<std::size_t>(block)].controller.name) != controller.name) continue;
       report.sim_s += result.value("sim_s", 0.0);
-      for (const auto& trial : result["trials"]) trials.push_back(trial);
+      bool first = request.change != "none";
+      for (const auto& trial : result["trials"]) {
+        if (first && trial.contains("hand_error_m")) {
+          first_errors.push_back(trial["hand_error_m"].get<double>());
+        } else {
+          trials.push_back(trial);
+        }
+        first = false;
+      }
     }
     std::vector<double> errors;
     std::vector<double> seen_errors;
@@ -129,6 +154,7 @@ Report make_report(const Request& request, const Results& done) {
     const std::string prefix = controller.prefix;
     const auto n = static_cast<long>(errors.size());
     if (n == 0) continue;  // not yet
+    if (!first_errors.empty()) report.add(prefix + "hand_error_m.first", median_metric(first_errors, "m"));
     report.add(prefix + "hand_error_m.median", median_metric(errors, "m"));
     report.add(prefix + "hand_error_m.p95", {quantile(errors, 0.95), "m", n});
     report.add(prefix + "hand_error_m.max", {*std::ranges::max_element(errors), "m", n});
@@ -140,6 +166,12 @@ Report make_report(const Request& request, const Results& done) {
 }
 
 Status run(const Request& request) {
+  std::string robot = "icub_sim_babbling";
+  if (request.change != "none") {
+    auto changed = write_changed_robot(request.change, request.hand, changed_folder(request));
+    if (!changed) return changed.error();
+    robot = std::move(*changed);
+  }
   const std::vector<Block> all = blocks(request);
   Pieces pieces{.what = "balls", .out = request.out, .jobs = request.jobs, .domain = request.domain};
   pieces.count = static_cast<int>(all.size());
@@ -148,7 +180,7 @@ Status run(const Request& request) {
   return run_pieces<nlohmann::json>(
       pieces,
       [&](int piece, const Lane& lane) {
-        return trials_of(request, all[static_cast<std::size_t>(piece)], lane);
+        return trials_of(request, all[static_cast<std::size_t>(piece)], robot, lane);
       },
       [&](const Results& done) { return make_report(request, done); });
 }
@@ -170,6 +202,12 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
   nido::add_hand_option(app, request.hand);
+  app.add_option(
+         "--change", request.change,
+         "of the body, that the robot is not told of: its forearm becomes 2 cm longer, or its eyes are "
+         "knocked by 6 degrees")
+      ->check(CLI::IsMember({"none", "forearm", "eyes"}))
+      ->capture_default_str();
   nido::add_domain_option(app, request.domain);
   if (const auto code = nido::parse_experiment(app, argc, argv)) return *code;
   return nido::end_experiment(nido::reach::run(request));
