@@ -8,11 +8,32 @@
 #include <mutex>
 
 #include "lane_writer.h"
+#include "latest_sender.h"
+#include "nido/middleware/network.h"
 
 namespace nido {
 
 namespace rtps = eprosima::fastrtps::rtps;
 using eprosima::fastrtps::types::ReturnCode_t;
+
+namespace {
+
+bool deserialize(const dds::TypeSupport& support, std::span<const std::uint8_t> payload, void* message) {
+  rtps::SerializedPayload_t serialized;
+  // DDS asks for a mutable address but only reads
+  serialized.data = const_cast<std::uint8_t*>(payload.data());
+  serialized.length = serialized.max_size = static_cast<std::uint32_t>(payload.size());
+  const bool is_whole = support->deserialize(&serialized, message);
+  serialized.data = nullptr;
+  return is_whole;
+}
+
+bool is_on_network() {
+  const auto network = network_settings_from_environment();
+  return network.ok() && network->has_value();
+}
+
+}  // namespace
 
 // What a writer shares with the threads of DDS and of the lanes.
 class Writer::Listener final : public dds::DataWriterListener,
@@ -98,10 +119,20 @@ class Writer::Listener final : public dds::DataWriterListener,
     // DDS refuses what it cannot keep for a reader
     return (keeps_ && told_ >= sequence) || tell(message, related, sequence) ? Sent::kYes : Sent::kNoRoom;
   }
+  void write_payload_by_dds(std::span<const std::uint8_t> payload, std::uint64_t sequence) {
+    void* const message = support_->createData();
+    if (deserialize(support_, payload, message)) {
+      (void)write_by_dds(message, nullptr, sequence);
+    }
+    support_->deleteData(message);
+  }
   // Nobody is there whom DDS serves: what it keeps grows old.
   void forget_by_dds() {
+    if (!keeps_) {
+      return;
+    }
     const std::lock_guard lock(dds_mutex_);
-    if (keeps_ && told_ > forgotten_ && writer_ != nullptr) {
+    if (told_ > forgotten_ && writer_ != nullptr) {
       std::size_t removed = 0;
       writer_->clear_history(&removed);
       forgotten_ = told_;
@@ -125,13 +156,9 @@ class Writer::Listener final : public dds::DataWriterListener,
       if (sequence <= told_) {
         return;
       }
-      rtps::SerializedPayload_t serialized;
-      serialized.data = const_cast<std::uint8_t*>(payload.data());
-      serialized.length = serialized.max_size = static_cast<std::uint32_t>(payload.size());
-      if (support_->deserialize(&serialized, message)) {
+      if (deserialize(support_, payload, message)) {
         tell(message, nullptr, sequence);
       }
-      serialized.data = nullptr;
     });
     support_->deleteData(message);
   }
@@ -177,6 +204,8 @@ class Writer::Listener final : public dds::DataWriterListener,
   std::uint64_t forgotten_ = 0;  // and of the last one that it need not keep any more
 };
 
+Writer::Writer() = default;
+
 Result<std::unique_ptr<Writer>> Writer::open(std::shared_ptr<Participant> participant,
                                              const std::string& topic, const MessageType& type,
                                              const Quality& quality, const std::string& port_name) {
@@ -220,6 +249,12 @@ Result<std::unique_ptr<Writer>> Writer::open(std::shared_ptr<Participant> partic
   self->lane_ = std::make_shared<LaneWriter>(lanes->sending(), self->guid_, settings, support,
                                              [listener = self->listener_] { listener->notify(); });
   self->listener_->set_ends(self->writer_, self->lane_);
+  if (!quality.reliable && is_on_network()) {
+    self->far_sender_ = std::make_unique<LatestSender>(
+        [listener = self->listener_](std::span<const std::uint8_t> payload, std::uint64_t sequence) {
+          listener->write_payload_by_dds(payload, sequence);
+        });
+  }
   lanes->enter(self->lane_);
   self->participant_->add_endpoint(self->guid_,
                                    own_info(*self->participant_, topic, type, quality, port_name, true));
@@ -227,6 +262,7 @@ Result<std::unique_ptr<Writer>> Writer::open(std::shared_ptr<Participant> partic
 }
 
 Writer::~Writer() {
+  far_sender_.reset();
   if (lane_) {
     participant_->lanes()->leave(guid_);
     lane_->close();
@@ -248,10 +284,19 @@ Sent Writer::write(const void* message, const SampleId* related) {
   if (const Sent sent = lane_->write(message, related != nullptr ? &answer : nullptr); sent != Sent::kYes) {
     return sent;
   }
-  if (listener_->has_far()) {
+  if (!listener_->has_far()) {
+    listener_->forget_by_dds();
+    return Sent::kYes;
+  }
+  if (!far_sender_) {
     return listener_->write_by_dds(message, related, lane_->written());
   }
-  listener_->forget_by_dds();
+  auto* const data = const_cast<void*>(message);  // DDS asks for a mutable address but only reads
+  rtps::SerializedPayload_t payload(support_->getSerializedSizeProvider(data)());
+  if (!support_->serialize(data, &payload)) {
+    return Sent::kFailed;
+  }
+  far_sender_->post({payload.data, payload.length}, lane_->written());
   return Sent::kYes;
 }
 
@@ -263,20 +308,24 @@ Sent Writer::write_loan(std::size_t bytes) {
     listener_->forget_by_dds();
     return sent;
   }
+  if (lane_->loaned().size() < bytes) {
+    return Sent::kFailed;
+  }
+  const auto payload = lane_->loaned().first(bytes);
+  if (far_sender_) {
+    // the place is the lanes' again once they have sent it
+    far_sender_->post(payload, lane_->written() + 1);
+    return lane_->write_loan(bytes);
+  }
   // others get it the usual way
   void* const message = support_->createData();
-  const auto payload = lane_->loaned();
-  rtps::SerializedPayload_t serialized;
-  serialized.data = const_cast<std::uint8_t*>(payload.data());
-  serialized.length = serialized.max_size = static_cast<std::uint32_t>(std::min(bytes, payload.size()));
   Sent sent = Sent::kFailed;
-  if (support_->deserialize(&serialized, message)) {
+  if (deserialize(support_, payload, message)) {
     sent = lane_->write_loan(bytes);
     if (sent == Sent::kYes) {
       sent = listener_->write_by_dds(message, nullptr, lane_->written());
     }
   }
-  serialized.data = nullptr;
   support_->deleteData(message);
   return sent;
 }

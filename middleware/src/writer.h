@@ -13,6 +13,7 @@
 namespace nido {
 
 class LaneWriter;
+class LatestSender;
 
 // The end where messages are written: over lanes to inputs of nido on this machine, by DDS to all others.
 // Thread-safe but for write(), which one thread calls at a time.
@@ -46,7 +47,7 @@ class Writer {
 
  private:
   class Listener;
-  Writer() = default;
+  Writer();
   std::shared_ptr<Participant> participant_;
   std::shared_ptr<Listener> listener_;
   std::shared_ptr<dds::Topic> topic_;
@@ -54,6 +55,7 @@ class Writer {
   Guid guid_;
   dds::TypeSupport support_;
   std::shared_ptr<LaneWriter> lane_;
+  std::unique_ptr<LatestSender> far_sender_;  // of what may be dropped on the way to other computers
 };
 
 }  // namespace nido
