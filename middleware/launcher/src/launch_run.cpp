@@ -8,11 +8,11 @@
 #include <csignal>
 #include <cstdlib>
 #include <cstring>
-#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "emergency_stop.h"
 #include "launch_dashboard.h"
+#include "launch_recorder.h"
 #include "nido/middleware/typed_port.h"
 
 namespace nido {
@@ -43,44 +43,8 @@ bool mentions(const YAML::Node& node, const std::string& word) {
   });
 }
 
-constexpr const char* kRecorder = "recorder";
 // lines of the story that are kept for those that come later
 constexpr std::size_t kStoryKept = 200;
-
-// The app with one process more, which is there before all others and ends after them. In lockstep it takes
-// part in every tick, so that it gets every message.
-Status add_recorder(App& app, const std::string& wanted) {
-  const fs::path file = fs::absolute(wanted);
-  std::error_code error;
-  if (!fs::is_directory(file.parent_path(), error)) {
-    return Error{ErrorCode::kNotFound,
-                 fmt::format("--record {}: there is no folder {}", wanted, shown_path(file.parent_path()))};
-  }
-  AppProcess recorder;
-  recorder.name = kRecorder;
-  recorder.program = "nido-recorder";
-  recorder.clock = app.lockstep ? "lockstep" : "wall";
-  recorder.parameters["file"] = file.string();
-  recorder.parameters["nodes"] = YAML::Node(YAML::NodeType::Sequence);
-  bool has_clock = false;
-  for (auto& process : app.processes) {
-    if (process.name == kRecorder) {
-      return Error{
-          ErrorCode::kInvalidArgument,
-          fmt::format("app '{}' has a process '{}' of its own: give that another name to use --record",
-                      app.name, kRecorder)};
-    }
-    has_clock = has_clock || process.clock == "owner";
-    if (process.clock == "owner" || process.clock == "lockstep") {
-      recorder.parameters["nodes"].push_back(process.name);
-    }
-    process.depends_on.emplace_back(kRecorder);
-  }
-  recorder.parameters["simulated"] = has_clock;
-  app.start_order.insert(app.start_order.begin(), app.processes.size());
-  app.processes.push_back(std::move(recorder));
-  return {};
-}
 
 }  // namespace
 
@@ -261,7 +225,11 @@ int LaunchRun::run() {
     step();
   }
   shut_down();
-  finish_report();
+  std::vector<std::pair<std::string, int>> restarts;
+  for (const auto& process : app_.processes) {
+    restarts.emplace_back(process.name, supervisor_->restarts_of(process.name));
+  }
+  finish_report(folder_.path, restarts, wall_s());
   const double sim = sim_s();
   const double wall = wall_s();
   service_.reset();
@@ -373,7 +341,7 @@ void LaunchRun::on_death(const SupervisorEvent& event) {
   ready_deadline_.erase(event.name);
   // the one that announces the outcome may end when it has written it
   if (was_ready && event.exit.clean() && outcome_) {
-    if (outcome_in_report()) {
+    if (outcome_in_report(folder_.path)) {
       report_deadline_ = SteadyClock::now() + std::chrono::seconds(1);
       return;
     }
@@ -472,30 +440,16 @@ void LaunchRun::tell_story() {
   }
 }
 
-// An outcome that was written but not heard: the judge ended before its last message got here.
-std::optional<RunEnd> LaunchRun::outcome_in_report() const {
-  std::ifstream file(folder_.path / "report.json");
-  const auto report = nlohmann::json::parse(file, nullptr, false);
-  if (report.is_discarded() || !report.is_object() || !report.contains("outcome")) return std::nullopt;
-  const auto& outcome = report["outcome"];
-  if (!outcome.is_object() || !outcome.contains("success") || !outcome["success"].is_boolean())
-    return std::nullopt;
-  const bool success = outcome["success"].get<bool>();
-  const std::string stage =
-      outcome.contains("stage") && outcome["stage"].is_string() ? outcome["stage"].get<std::string>() : "";
-  return RunEnd{success ? 0 : 1, success ? "the job is done" : "the job failed at stage '" + stage + "'"};
-}
-
 void LaunchRun::look_at_limits() {
   if (end_) return;
   // a report without its announcement: the message was lost, or the judge died after writing
   std::error_code ignored;
   if (outcome_ && !report_deadline_ && fs::exists(folder_.path / "report.json", ignored) &&
-      outcome_in_report()) {
+      outcome_in_report(folder_.path)) {
     report_deadline_ = SteadyClock::now() + std::chrono::seconds(3);
   }
   if (report_deadline_ && SteadyClock::now() > *report_deadline_) {
-    if (const auto written = outcome_in_report()) end(written->exit_code, written->sentence);
+    if (const auto written = outcome_in_report(folder_.path)) end(written->exit_code, written->sentence);
   } else if (app_.for_s > 0 && sim_s() >= app_.for_s) {
     if (outcome_) {
       end(1, fmt::format("no outcome within {} s of simulated time (--for)", app_.for_s));
@@ -539,28 +493,6 @@ void LaunchRun::shut_down() {
   for (const auto& name : supervisor_->killed()) {
     print(paint_.yellow(fmt::format("process '{}' did not end when asked and was killed", name)));
   }
-}
-
-// What only the launcher knows goes into the judge's report.
-void LaunchRun::finish_report() const {
-  const fs::path path = folder_.path / "report.json";
-  std::ifstream file(path);
-  if (!file) return;
-  auto report = nlohmann::ordered_json::parse(file, nullptr, false);
-  if (report.is_discarded() || !report.is_object()) return;
-  auto processes = nlohmann::ordered_json::array();
-  for (const auto& process : app_.processes) {
-    processes.push_back({{"name", process.name}, {"restarts", supervisor_->restarts_of(process.name)}});
-  }
-  report["processes"] = processes;
-  report["wall_s"] = wall_s();
-  // written beside and moved: a reader sees the old or the new one
-  const fs::path fresh = folder_.path / ".report.json.new";
-  std::ofstream out(fresh);
-  out << report.dump(2) << '\n';
-  out.close();
-  std::error_code ignored;
-  if (out) fs::rename(fresh, path, ignored);
 }
 
 int run_launch(const LaunchRequest& request) {

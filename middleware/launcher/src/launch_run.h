@@ -21,17 +21,12 @@
 #include "nido/middleware/directory.h"
 #include "nido/middleware/node.h"
 #include "nido/msgs/types.h"
+#include "run_report.h"
 
 namespace nido {
 
 // As a person would type it: from here, if it is below here.
 std::string shown_path(const std::filesystem::path& path);
-
-// How a run ended.
-struct RunEnd {
-  int exit_code = 1;
-  std::string sentence;
-};
 
 // One run of an app, from the first process to the last: the middle of `nido launch`.
 class LaunchRun {
@@ -68,8 +63,6 @@ class LaunchRun {
   std::string answer(const std::string& question);
   void tell_status(bool now);
   [[nodiscard]] std::string state_of(const AppProcess& process) const;
-  void finish_report() const;
-  std::optional<RunEnd> outcome_in_report() const;
   [[nodiscard]] double wall_s() const;
   [[nodiscard]] double sim_s() const;
   [[nodiscard]] bool uses(const std::string& reference) const;
