@@ -104,6 +104,19 @@ TEST(Usage, WhatIsNotThereIsExitCode3) {
   }
 }
 
+TEST(Usage, KeysAreMadeAndRefusedAsJson) {
+  TempFolder folder;
+  const std::string keys = (folder.path() / "keys").string();
+  const auto made = nido_tool({"security", "init", keys, "--json"});
+  EXPECT_EQ(made.code, 0) << made.err;
+  EXPECT_EQ(nlohmann::json::parse(made.out)["folder"], keys);
+  const auto added = nido_tool({"security", "add", keys, "watcher", "--read", "/a:o", "--json"});
+  EXPECT_EQ(nlohmann::json::parse(added.out)["identity"], keys + "/identities/watcher") << added.err;
+  const auto again = nido_tool({"security", "init", keys, "--json"});
+  EXPECT_NE(again.code, 0);
+  EXPECT_EQ(nlohmann::json::parse(again.out)["exit_code"], again.code) << again.out;
+}
+
 TEST(Usage, AnEmptyDomainHasNoPorts) {
   const auto ended = nido_tool({"port", "list", "--json"});
   EXPECT_EQ(ended.code, 0) << ended.err;
@@ -205,6 +218,7 @@ TEST_F(WithNodes, AServiceIsAskedWithOptionsAnywhere) {
   // negative numbers are no options, and what is behind -- is said as it is
   EXPECT_TRUE(contains(nido_tool({"port", "rpc", "/body/control", "pos", "3", "-45"}).out, "pos 3 -45"));
   EXPECT_TRUE(contains(nido_tool({"port", "rpc", "/body/control", "--", "pos", "--json"}).out, "pos --json"));
+  EXPECT_EQ(nido_tool({"port", "rpc", "/body/control", "nonsense"}).code, 1);
 }
 
 TEST_F(WithNodes, TheDoctorLooksAtTheMachine) {

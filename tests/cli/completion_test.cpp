@@ -57,6 +57,7 @@ TEST(Completion, PortsAreThoseThatAreThere) {
   EXPECT_EQ(completed({"port", "write", "--domain", domain, "/body/"}), Words{"/body/command:i"});
   EXPECT_EQ(completed({"port", "rpc", "--domain", domain, ""}), (Words{"/body/estop", "/robot/control"}));
   EXPECT_EQ(completed({"node", "info", "--domain", domain, ""}), Words{"robot"});
+  EXPECT_EQ(completed({"node", "call", "--domain", domain, ""}), Words{"robot"});
 }
 
 TEST(Completion, BashCompletesNamesWithColons) {

@@ -83,6 +83,7 @@ const std::map<std::string, std::vector<Kind>> kArguments = {
     {"port delay", {Kind::kOutput, Kind::kNothing}},
     {"port ping", {Kind::kAnyPort, Kind::kNothing}},
     {"node info", {Kind::kNode, Kind::kNothing}},
+    {"node call", {Kind::kNode, Kind::kNothing}},
     {"param list", {Kind::kNode, Kind::kNothing}},
     {"param get", {Kind::kNode, Kind::kNothing}},
     {"param set", {Kind::kNode, Kind::kNothing}},

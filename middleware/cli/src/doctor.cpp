@@ -128,6 +128,19 @@ Finding describe_network(const NetworkSettings& network) {
           "only for a network of which you know every computer; else: nido security init"};
 }
 
+// What the kernel lets a socket hold of what has come and was not taken yet.
+Finding check_sockets() {
+  // pictures of two cameras at once, twice
+  constexpr long kEnough_bytes = 2'000'000;
+  std::ifstream file("/proc/sys/net/core/rmem_max");
+  long bytes = 0;
+  if (!(file >> bytes)) return {"sockets", Health::kGood, "the system does not say how much they hold", ""};
+  const std::string text = fmt::format("one holds up to {} bytes that have come", bytes);
+  if (bytes >= kEnough_bytes) return {"sockets", Health::kGood, text, ""};
+  return {"sockets", Health::kDoubtful, text + ": pictures from other computers will be lost",
+          "sysctl -w net.core.rmem_max=4194304; needless where nothing comes from other computers"};
+}
+
 Finding check_network() {
   const auto settings = network_settings_from_environment();
   if (!settings)
@@ -312,6 +325,7 @@ int doctor(const Common& common) {
                                          check_shared_memory(),
                                          check_stale_files(),
                                          check_network(),
+                                         check_sockets(),
                                          check_clocks(),
                                          check_ports(common)};
   bool bad = false;

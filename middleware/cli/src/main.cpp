@@ -374,7 +374,7 @@ int main(int argc, char** argv) {
   common.domain = domain_of_environment();
   PortArguments port_args;
   add_ports(verbs, port_args);
-  cli::add_security(root);
+  cli::add_security(root, common);
 
   std::string node_name;
   CLI::App* node = verbs.group("node", "look at processes", "nido node info vision");

@@ -302,7 +302,7 @@ int port_rpc(const Common& common, const std::string& port, const std::vector<st
     return fail(common, answer.error());
   }
   print_line(common.json ? Json{{"port", port}, {"request", text}, {"answer", *answer}}.dump() : *answer);
-  return 0;
+  return answer->starts_with("[fail]") ? 1 : 0;
 }
 
 int port_connect(const Common& common, const std::string& output, const std::string& input) {

@@ -4,16 +4,19 @@
 
 #include <memory>
 
-#include "nido/launcher/terminal.h"
 #include "nido/middleware/key_store.h"
-#include "session.h"
+#include "verbs.h"
 
 namespace nido::cli {
 
 namespace {
 
-int init(const std::string& folder) {
-  if (auto status = make_key_store(folder); !status) return print_error(status.error(), false);
+int init(const Common& common, const std::string& folder) {
+  if (auto status = make_key_store(folder); !status) return fail(common, status.error());
+  if (common.json) {
+    fmt::print("{}\n", Json{{"folder", folder}}.dump());
+    return 0;
+  }
   fmt::print(
       "{0}: keys for everybody who has this folder.\n"
       "Copy it, without {0}/authority, to the other computers, and write 'security: {0}' into the network "
@@ -29,17 +32,21 @@ struct AddRequest {
   KeyPermissions permissions;
 };
 
-int add(const AddRequest& request) {
+int add(const Common& common, const AddRequest& request) {
   if (auto status = add_identity(request.folder, request.node, request.permissions); !status)
-    return print_error(status.error(), false);
-  fmt::print("{0}/identities/{1}: node {1} may do what was said, and nothing else.\n", request.folder,
-             request.node);
+    return fail(common, status.error());
+  const std::string identity = request.folder + "/identities/" + request.node;
+  if (common.json) {
+    fmt::print("{}\n", Json{{"node", request.node}, {"identity", identity}}.dump());
+    return 0;
+  }
+  fmt::print("{}: node {} may do what was said, and nothing else.\n", identity, request.node);
   return 0;
 }
 
 }  // namespace
 
-void add_security(CLI::App& root) {
+void add_security(CLI::App& root, Common& common) {
   CLI::App* group = root.add_subcommand("security", "keys for a network that is not trusted");
   group->require_subcommand(1)->footer("example\n  nido security init keys");
 
@@ -48,7 +55,8 @@ void add_security(CLI::App& root) {
       group->add_subcommand("init", "make a folder of keys: an authority and an identity for everybody");
   first->footer("example\n  nido security init keys");
   first->add_option("folder", *folder, "where; it may not be there yet")->required();
-  first->callback([folder] { throw CLI::RuntimeError(init(*folder)); });
+  first->add_flag("--json", common.json, "print JSON");
+  first->callback([&common, folder] { throw CLI::RuntimeError(init(common, *folder)); });
 
   const auto request = std::make_shared<AddRequest>();
   CLI::App* second =
@@ -64,7 +72,8 @@ void add_security(CLI::App& root) {
   ports("--read", "an output of others that it may read", request->permissions.read);
   ports("--serve", "a service that it may answer", request->permissions.serve);
   ports("--call", "a service that it may call", request->permissions.call);
-  second->callback([request] { throw CLI::RuntimeError(add(*request)); });
+  second->add_flag("--json", common.json, "print JSON");
+  second->callback([&common, request] { throw CLI::RuntimeError(add(common, *request)); });
 }
 
 }  // namespace nido::cli

@@ -2,9 +2,12 @@
 
 #include <CLI/CLI.hpp>
 
+#include "session.h"
+
 namespace nido::cli {
 
 // `nido security init|add` (docs/network.md).
-void add_security(CLI::App& root);
+// `common` outlives the parsing.
+void add_security(CLI::App& root, Common& common);
 
 }  // namespace nido::cli
