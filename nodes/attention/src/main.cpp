@@ -11,6 +11,7 @@
 #include "nido/middleware/open_port.h"
 #include "nido/middleware/stamp.h"
 #include "nido/msgs/types.h"
+#include "nido/vision/eye_ports.h"
 
 namespace nido {
 namespace {
@@ -23,10 +24,7 @@ using attention::Method;
 constexpr std::size_t kPairsPerReport = 30;
 
 struct Ports {
-  std::array<std::unique_ptr<Input<msgs::Image>>, 2> image;  // left, right
-  std::array<std::unique_ptr<Input<msgs::CameraInfo>>, 2> info;
-  std::unique_ptr<Input<msgs::JointState>> head;
-  std::unique_ptr<Input<msgs::JointState>> torso;
+  vision::EyePorts eyes;
   std::unique_ptr<Input<msgs::GazeGoal>> fixate;
   std::unique_ptr<Output<msgs::Image>> segment;
   std::unique_ptr<Output<msgs::Image>> threshold;
@@ -35,12 +33,7 @@ struct Ports {
 };
 
 Status open_ports(Node& node, Ports& ports) {
-  if (Status s = open_into(node, ports.image[0], "/attention/left:i", Profile::kSensor, 4); !s) return s;
-  if (Status s = open_into(node, ports.image[1], "/attention/right:i", Profile::kSensor, 4); !s) return s;
-  if (Status s = open_into(node, ports.info[0], "/attention/left_info:i", Profile::kState, 4); !s) return s;
-  if (Status s = open_into(node, ports.info[1], "/attention/right_info:i", Profile::kState, 4); !s) return s;
-  if (Status s = open_into(node, ports.head, "/attention/head:i", Profile::kState, 64); !s) return s;
-  if (Status s = open_into(node, ports.torso, "/attention/torso:i", Profile::kState, 64); !s) return s;
+  if (Status s = ports.eyes.open(node, "/attention"); !s) return s;
   if (Status s = open_into(node, ports.fixate, "/attention/fixate:i", Profile::kEvent, 16); !s) return s;
   if (Status s = open_into(node, ports.segment, "/attention/segment:o", Profile::kSensor); !s) return s;
   if (Status s = open_into(node, ports.threshold, "/attention/threshold:o", Profile::kSensor); !s) return s;
@@ -48,40 +41,9 @@ Status open_ports(Node& node, Ports& ports) {
   return open_into(node, ports.command, "/attention/command:o", Profile::kCommand);
 }
 
-void take_encoders(Input<msgs::JointState>& port, std::vector<vision::EncoderSample>& out) {
-  while (auto message = port.take()) {
-    out.push_back(
-        {time_of(message->header()), std::move(message->position()), std::move(message->velocity())});
-  }
-}
-
 AttentionInputs take_in(Ports& ports, std::vector<std::string>& warnings) {
   AttentionInputs in;
-  take_encoders(*ports.head, in.head);
-  take_encoders(*ports.torso, in.torso);
-  const std::array<std::optional<Image>*, 2> images = {&in.left, &in.right};
-  const std::array<std::optional<CameraInfo>*, 2> infos = {&in.left_info, &in.right_info};
-  for (std::size_t e = 0; e < 2; ++e) {
-    if (auto message = ports.image[e]->take_latest()) {
-      Image image;
-      image.stamp_ns = time_of(message->header()).ns;
-      image.width = static_cast<int>(message->width());
-      image.height = static_cast<int>(message->height());
-      // other encodings are refused by the core, which expects three bytes a pixel
-      if (message->encoding() == "rgb8") image.rgb = std::move(message->data());
-      *images[e] = std::move(image);
-    }
-    if (const auto message = ports.info[e]->take_latest()) {
-      CameraInfo info;
-      info.width = static_cast<int>(message->width());
-      info.height = static_cast<int>(message->height());
-      info.fx_px = message->k()[0];
-      info.cx_px = message->k()[2];
-      info.fy_px = message->k()[4];
-      info.cy_px = message->k()[5];
-      *infos[e] = info;
-    }
-  }
+  ports.eyes.take_into(in);
   while (const auto message = ports.fixate->take()) {
     if (message->mode() == "point") {
       in.p_RootFixate_m = {message->point().x(), message->point().y(), message->point().z()};

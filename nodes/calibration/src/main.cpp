@@ -15,6 +15,7 @@
 #include "nido/msgs/types.h"
 #include "nido/reach/joint_path.h"
 #include "nido/vision/blob.h"
+#include "nido/vision/eye_ports.h"
 #include "nido/vision/templates.h"
 
 namespace nido::calibration {
@@ -33,10 +34,7 @@ constexpr int kBelieveEvery = 10;  // poses
 constexpr int kMostMisses = 40;    // poses one after the other in which the hand is not seen
 
 struct Ports {
-  std::array<std::unique_ptr<Input<msgs::Image>>, 2> image;  // left, right
-  std::array<std::unique_ptr<Input<msgs::CameraInfo>>, 2> info;
-  std::unique_ptr<Input<msgs::JointState>> head;
-  std::unique_ptr<Input<msgs::JointState>> torso;
+  vision::EyePorts eyes;
   std::unique_ptr<Input<msgs::JointState>> arm;
   std::unique_ptr<Output<msgs::JointCommand>> head_command;
   std::unique_ptr<Output<msgs::JointCommand>> torso_command;
@@ -45,13 +43,7 @@ struct Ports {
 };
 
 Status open_ports(Node& node, Ports& ports) {
-  if (Status s = open_into(node, ports.image[0], "/calibration/left:i", Profile::kSensor, 4); !s) return s;
-  if (Status s = open_into(node, ports.image[1], "/calibration/right:i", Profile::kSensor, 4); !s) return s;
-  if (Status s = open_into(node, ports.info[0], "/calibration/left_info:i", Profile::kState, 4); !s) return s;
-  if (Status s = open_into(node, ports.info[1], "/calibration/right_info:i", Profile::kState, 4); !s)
-    return s;
-  if (Status s = open_into(node, ports.head, "/calibration/head:i", Profile::kState); !s) return s;
-  if (Status s = open_into(node, ports.torso, "/calibration/torso:i", Profile::kState); !s) return s;
+  if (Status s = ports.eyes.open(node, "/calibration"); !s) return s;
   if (Status s = open_into(node, ports.arm, "/calibration/arm:i", Profile::kState); !s) return s;
   if (Status s = open_into(node, ports.head_command, "/calibration/head:o", Profile::kCommand); !s) return s;
   if (Status s = open_into(node, ports.torso_command, "/calibration/torso:o", Profile::kCommand); !s)
@@ -167,18 +159,18 @@ class Procedure {
 
   void take_in() {
     const Body before = measured_;
-    heard_[0] = take_state(*ports_.torso, measured_.head<reach::kTorsoJoints>()) || heard_[0];
+    heard_[0] = take_state(*ports_.eyes.torso, measured_.head<reach::kTorsoJoints>()) || heard_[0];
     heard_[1] =
         take_state(*ports_.arm, measured_.segment<reach::kArmJoints>(reach::kTorsoJoints)) || heard_[1];
-    heard_[2] = take_state(*ports_.head, measured_.tail<6>()) || heard_[2];
+    heard_[2] = take_state(*ports_.eyes.head, measured_.tail<6>()) || heard_[2];
     for (std::size_t e = 0; e < 2; ++e) {
-      if (auto message = ports_.image[e]->take_latest()) {
+      if (auto message = ports_.eyes.image[e]->take_latest()) {
         images_[e].stamp_ns = time_of(message->header()).ns;
         images_[e].width = static_cast<int>(message->width());
         images_[e].height = static_cast<int>(message->height());
         images_[e].rgb = std::move(message->data());
       }
-      if (const auto info = ports_.info[e]->take_latest()) {
+      if (const auto info = ports_.eyes.info[e]->take_latest()) {
         cameras_[e] = {info->k()[0],
                        info->k()[4],
                        info->k()[2],

@@ -7,8 +7,10 @@
 #include "nido/launcher/paths.h"
 #include "nido/middleware/node.h"
 #include "nido/middleware/open_port.h"
+#include "nido/middleware/stamp.h"
 #include "nido/msgs/types.h"
 #include "nido/speech/phrases.h"
+#include "nido/vision/eye_ports.h"
 #include "nido/vision/vision_core.h"
 
 namespace nido {
@@ -19,10 +21,7 @@ using vision::VisionInputs;
 using vision::VisionOutputs;
 
 struct Ports {
-  std::array<std::unique_ptr<Input<msgs::Image>>, 2> image;  // left, right
-  std::array<std::unique_ptr<Input<msgs::CameraInfo>>, 2> info;
-  std::unique_ptr<Input<msgs::JointState>> head;
-  std::unique_ptr<Input<msgs::JointState>> torso;
+  vision::EyePorts eyes;
   std::unique_ptr<Input<msgs::GazeGoal>> gaze;
   std::unique_ptr<Input<msgs::Heard>> heard;
   std::unique_ptr<Output<msgs::Percepts>> objects;
@@ -33,12 +32,7 @@ struct Ports {
 };
 
 Status open_ports(Node& node, Ports& ports) {
-  if (Status s = open_into(node, ports.image[0], "/vision/left:i", Profile::kSensor, 4); !s) return s;
-  if (Status s = open_into(node, ports.image[1], "/vision/right:i", Profile::kSensor, 4); !s) return s;
-  if (Status s = open_into(node, ports.info[0], "/vision/left_info:i", Profile::kState, 4); !s) return s;
-  if (Status s = open_into(node, ports.info[1], "/vision/right_info:i", Profile::kState, 4); !s) return s;
-  if (Status s = open_into(node, ports.head, "/vision/head:i", Profile::kState, 64); !s) return s;
-  if (Status s = open_into(node, ports.torso, "/vision/torso:i", Profile::kState, 64); !s) return s;
+  if (Status s = ports.eyes.open(node, "/vision"); !s) return s;
   if (Status s = open_into(node, ports.gaze, "/vision/gaze:i", Profile::kEvent, 16); !s) return s;
   if (Status s = open_into(node, ports.heard, "/vision/heard:i", Profile::kEvent, 16); !s) return s;
   if (Status s = open_into(node, ports.taught, "/vision/taught:o", Profile::kEvent); !s) return s;
@@ -48,53 +42,9 @@ Status open_ports(Node& node, Ports& ports) {
   return open_into(node, ports.command, "/vision/command:o", Profile::kCommand);
 }
 
-Time time_of(const msgs::Header& header) {
-  return Time{static_cast<std::int64_t>(header.stamp().sec()) * 1'000'000'000 + header.stamp().nanosec()};
-}
-
-msgs::Header header_at(Time time) {
-  msgs::Header header;
-  header.stamp().sec(static_cast<std::int32_t>(time.ns / 1'000'000'000));
-  header.stamp().nanosec(static_cast<std::uint32_t>(time.ns % 1'000'000'000));
-  header.frame_id("root");
-  return header;
-}
-
-void take_encoders(Input<msgs::JointState>& port, std::vector<vision::EncoderSample>& out) {
-  while (auto message = port.take()) {
-    out.push_back(
-        {time_of(message->header()), std::move(message->position()), std::move(message->velocity())});
-  }
-}
-
 VisionInputs take_in(Ports& ports) {
   VisionInputs in;
-  take_encoders(*ports.head, in.head);
-  take_encoders(*ports.torso, in.torso);
-  std::array<std::optional<Image>*, 2> images = {&in.left, &in.right};
-  std::array<std::optional<CameraInfo>*, 2> infos = {&in.left_info, &in.right_info};
-  for (std::size_t e = 0; e < 2; ++e) {
-    if (auto message = ports.image[e]->take_latest()) {
-      Image image;
-      image.stamp_ns = time_of(message->header()).ns;
-      image.width = static_cast<int>(message->width());
-      image.height = static_cast<int>(message->height());
-      image.rgb = std::move(message->data());
-      if (message->encoding() != "rgb8")
-        image.rgb.clear();  // refused by the core, which expects three bytes a pixel
-      *images[e] = std::move(image);
-    }
-    if (const auto message = ports.info[e]->take_latest()) {
-      CameraInfo info;
-      info.width = static_cast<int>(message->width());
-      info.height = static_cast<int>(message->height());
-      info.fx_px = message->k()[0];
-      info.cx_px = message->k()[2];
-      info.fy_px = message->k()[4];
-      info.cy_px = message->k()[5];
-      *infos[e] = info;
-    }
-  }
+  ports.eyes.take_into(in);
   while (const auto message = ports.gaze->take()) {
     in.gaze = vision::GazeGoal{message->mode(),
                                message->target(),
@@ -110,7 +60,7 @@ VisionInputs take_in(Ports& ports) {
 
 msgs::Percepts to_message(const std::vector<vision::SeenObject>& objects, Time stamp) {
   msgs::Percepts message;
-  message.header(header_at(stamp));
+  message.header(header_at(stamp, "root"));
   for (const vision::SeenObject& object : objects) {
     msgs::Percept percept;
     percept.name(object.name);
@@ -133,7 +83,7 @@ msgs::Percepts to_message(const std::vector<vision::SeenObject>& objects, Time s
 
 msgs::HandView to_message(const vision::SeenHand& hand, Time stamp) {
   msgs::HandView message;
-  message.header(header_at(stamp));
+  message.header(header_at(stamp, "root"));
   message.side(hand.side);
   message.visible(hand.visible);
   message.confidence(hand.confidence);
@@ -165,7 +115,7 @@ Status put_out(Ports& ports, const VisionOutputs& out, Time now, const std::stri
   }
   if (out.taught) {
     msgs::StageEvent event;
-    event.header(header_at(now));
+    event.header(header_at(now, "root"));
     event.stage("taught");
     event.state(out.taught->learned ? "done" : "failed");
     event.object(out.taught->name);
@@ -174,14 +124,14 @@ Status put_out(Ports& ports, const VisionOutputs& out, Time now, const std::stri
   }
   if (out.gaze) {
     msgs::GazeStatus status;
-    status.header(header_at(now));
+    status.header(header_at(now, "root"));
     status.mode(out.gaze->status.mode);
     status.target(out.gaze->status.target);
     status.fixated(out.gaze->status.fixated);
     status.search_done(out.gaze->status.search_done);
     if (Status s = ports.status->write(status); !s) return s;
     msgs::JointCommand command;
-    command.header(header_at(now));
+    command.header(header_at(now, "root"));
     command.mode("direct");
     for (std::int32_t joint = 0; joint < 6; ++joint) {
       command.joint().push_back(joint);
