@@ -63,7 +63,11 @@ int main(int argc, char** argv) {
     if (only.empty() || (*made)->name() == only) all.push_back({std::move(*made), {}, {}, 0});
     return {};
   };
-  if (Status ok = add(make_nido(*scene)); !ok) return fail(ok.error());
+  for (const NidoVariant& variant : {NidoVariant{}, NidoVariant{"nido, without self-collision", false},
+                                     NidoVariant{"nido, skin pressed", true, true, true},
+                                     NidoVariant{"nido, pressed there, without skin", true, false, true}}) {
+    if (Status ok = add(make_nido(*scene, variant)); !ok) return fail(ok.error());
+  }
   if (Status ok = add(make_bare_ode(*scene)); !ok) return fail(ok.error());
 #ifdef NIDO_WITH_MUJOCO
   if (Status ok = add(make_mujoco(*scene)); !ok) return fail(ok.error());

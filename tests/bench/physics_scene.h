@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <map>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -61,7 +62,14 @@ class Contender {
   [[nodiscard]] virtual int contacts() const = 0;
 };
 
-Result<std::unique_ptr<Contender>> make_nido(const PhysicsScene& scene);
+// The simulator itself, in variants that show what a sense costs.
+struct NidoVariant {
+  std::string name = "nido";
+  bool self_collision = true;
+  bool skin = true;              // the robot's description has its patches
+  bool skin_is_pressed = false;  // a ball that nothing moves stands against each patch
+};
+Result<std::unique_ptr<Contender>> make_nido(const PhysicsScene& scene, const NidoVariant& variant);
 // The same bodies and hinges straight on ODE: QuickStep, 20 iterations, a hash space.
 Result<std::unique_ptr<Contender>> make_bare_ode(const PhysicsScene& scene);
 #ifdef NIDO_WITH_MUJOCO
