@@ -10,7 +10,8 @@ namespace nido::sim {
 
 Result<std::shared_ptr<const TriangleMesh>> load_mesh(const std::string& path, const Eigen::Vector3d& scale) {
   constexpr std::size_t kMostTriangles = 200000;
-  std::error_code trouble;  // a name may be longer than any file system takes
+  constexpr double kFarthest_m = 1e4;  // beyond it inertias are no longer numbers that mean something
+  std::error_code trouble;             // a name may be longer than any file system takes
   if (!std::filesystem::is_regular_file(path, trouble))
     return Error{ErrorCode::kNotFound, "there is no mesh file " + path};
   Assimp::Importer importer;
@@ -30,6 +31,9 @@ Result<std::shared_ptr<const TriangleMesh>> load_mesh(const std::string& path, c
       mesh->vertices_m.emplace_back(scale.cwiseProduct(Eigen::Vector3d(p.x, p.y, p.z)));
       if (!mesh->vertices_m.back().allFinite()) {
         return Error{ErrorCode::kInvalidArgument, "the mesh " + path + " has a vertex that is not a number"};
+      }
+      if (mesh->vertices_m.back().cwiseAbs().maxCoeff() > kFarthest_m) {
+        return Error{ErrorCode::kInvalidArgument, "the mesh " + path + " has a vertex more than 10 km away"};
       }
     }
     for (unsigned f = 0; f < part.mNumFaces; ++f) {

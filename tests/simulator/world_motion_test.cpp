@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "nido/simulator/simulation.h"
+#include "shapes.h"
 #include "world_fixture.h"
 #include "world_verbs.h"
 
@@ -143,6 +144,9 @@ TEST(WorldMotion, rough_meshes_are_things_or_refused) {
         sim->world("world mk model rough_" + std::string(name) + ".obj none 0 0.8 0.35");
     EXPECT_TRUE(failed(reply)) << name << " -> " << reply;
   }
+  const auto far = load_mesh(folder + "/rough_huge.obj", Eigen::Vector3d::Ones());
+  ASSERT_FALSE(far.ok()) << "by whatever way it comes";
+  EXPECT_NE(far.error().message.find("more than 10 km away"), std::string::npos) << far.error().message;
   EXPECT_FALSE(sim->world("world mk model rough_line.obj none 0 0.8 0.35").empty());
   ASSERT_TRUE(sim->step(1).ok()) << "none of them breaks the physics";
   EXPECT_EQ(sim->world("world del all"), "[ok]");
