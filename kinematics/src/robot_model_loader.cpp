@@ -51,14 +51,17 @@ struct RobotModel::Loader {
     out.name = link->name;
     out.parent = parent;
     const auto& joint = link->parent_joint;
+    // where the axis is not z, the hinge moves a frame of its own whose z it is, and the link is fixed to
+    // that
+    bool is_turned = false;
+    Eigen::Quaterniond turned = Eigen::Quaterniond::Identity();
     if (joint) {
       out.X_ParentChild0 = to_isometry(joint->parent_to_joint_origin_transform);
       if (joint->type == urdf::Joint::REVOLUTE) {
         const Eigen::Vector3d axis(joint->axis.x, joint->axis.y, joint->axis.z);
-        if ((axis - Eigen::Vector3d::UnitZ()).norm() > 1e-12) {
-          return refuse("joint \"" + joint->name +
-                        "\" turns about an axis other than 0 0 1, which is not supported");
-        }
+        if (!(axis.norm() > 1e-9)) return refuse("joint \"" + joint->name + "\" has no axis");
+        is_turned = (axis - Eigen::Vector3d::UnitZ()).norm() > 1e-12;
+        if (is_turned) turned = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), axis);
         if (!joint->limits) return refuse("joint \"" + joint->name + "\" has no <limit>");
         Hinge hinge;
         hinge.name = joint->name;
@@ -75,6 +78,15 @@ struct RobotModel::Loader {
       } else if (joint->type != urdf::Joint::FIXED) {
         return refuse("joint \"" + joint->name + "\" is neither revolute nor fixed, which is not supported");
       }
+    }
+    if (is_turned) {
+      out.name = joint->name + "_axis";
+      out.X_ParentChild0.rotate(turned);
+      model.links_.push_back(out);
+      out = {};
+      out.name = link->name;
+      out.parent = static_cast<int>(model.links_.size()) - 1;
+      out.X_ParentChild0.rotate(turned.inverse());
     }
     if (link->inertial) {
       const auto& inertial = *link->inertial;

@@ -2,7 +2,7 @@
 
 namespace nido::sim {
 
-Result<ControlBlock> read_control_block(const RobotModel& model, const std::string& source) {
+ControlBlock read_control_block(const RobotModel& model) {
   ControlBlock block;
   for (const Part& part : model.parts()) {
     PartBlock own{part.name, {}};
@@ -24,15 +24,13 @@ Result<ControlBlock> read_control_block(const RobotModel& model, const std::stri
   };
   static constexpr std::array<const char*, 2> kSides = {"left", "right"};
   for (std::size_t s = 0; s < kSides.size(); ++s) {
-    auto hand = model.hand(kSides[s]);
-    if (!hand) return Error{hand.error().code, source + ": " + hand.error().message};
-    block.hands[s].frame = link_name(hand->frame);
-    for (std::size_t p = 0; p < block.hands[s].pads.size() && p < hand->pads.size(); ++p) {
-      block.hands[s].pads[p] = link_name(hand->pads[p].body_link);
+    if (const auto hand = model.hand(kSides[s])) {
+      block.hands[s].frame = link_name(hand->frame);
+      for (std::size_t p = 0; p < block.hands[s].pads.size() && p < hand->pads.size(); ++p) {
+        block.hands[s].pads[p] = link_name(hand->pads[p].body_link);
+      }
     }
-    auto camera = model.camera_link(kSides[s]);
-    if (!camera) return Error{camera.error().code, source + ": " + camera.error().message};
-    block.camera_links[s] = link_name(*camera);
+    if (const auto camera = model.camera_link(kSides[s])) block.camera_links[s] = link_name(*camera);
   }
   block.inertial_link = link_name(model.inertial_link());
   for (const ForceTorqueInfo& sensor : model.force_torque_sensors()) {

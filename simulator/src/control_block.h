@@ -29,7 +29,7 @@ struct PartBlock {
 };
 
 struct HandBlock {
-  std::string frame;                // palm frame
+  std::string frame;                // palm frame; empty: the robot has no such hand
   std::array<std::string, 6> pads;  // URDF links: thumb, index, middle, ring, little, palm
 };
 
@@ -37,12 +37,11 @@ struct HandBlock {
 struct ControlBlock {
   std::vector<PartBlock> parts;
   std::array<HandBlock, 2> hands;           // left, right
-  std::array<std::string, 2> camera_links;  // left, right
+  std::array<std::string, 2> camera_links;  // left, right; empty: no such eye
   std::string inertial_link;
   std::vector<std::pair<std::string, std::string>> force_torque;  // limb, hinge below the sensor
 };
 
-// Fails when a hand or camera is missing; `source` names the file in failures.
-Result<ControlBlock> read_control_block(const RobotModel& model, const std::string& source);
+[[nodiscard]] ControlBlock read_control_block(const RobotModel& model);
 
 }  // namespace nido::sim

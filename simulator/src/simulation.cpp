@@ -152,16 +152,21 @@ Result<std::unique_ptr<Simulation>> Simulation::create(const SimulationOptions& 
   if (!model) return model.error();
   auto skin = read_skin(*model, options.urdf_path);
   if (!skin) return skin.error();
-  auto block = read_control_block(*model, options.urdf_path.string());
-  if (!block) return block.error();
   auto world = read_world_with_base(options, *description);
   if (!world) return world.error();
-  if (options.base == Base::kFree) free_base(*description);
+  if (options.base == Base::kFree) {
+    if (!(description->links[0].mass.mass_kg > 0)) {
+      return Error{ErrorCode::kInvalidArgument, options.urdf_path.string() +
+                                                    ": a robot whose base is free needs a root with a mass: "
+                                                    "give the root link an <inertial>"};
+    }
+    free_base(*description);
+  }
 
   try {
     auto impl = std::make_unique<Impl>();
     impl->options = options;
-    impl->block = std::move(*block);
+    impl->block = read_control_block(*model);
     impl->start = std::move(*world);
     if (impl->start.light) impl->options.light = *impl->start.light;
     impl->light = impl->options.light;
@@ -185,14 +190,8 @@ Result<std::unique_ptr<Simulation>> Simulation::create(const SimulationOptions& 
     for (const LinkDescription& link : links) {
       for (const NamedFrame& frame : link.frames) impl->link_names.push_back(frame.name);
     }
-    for (std::size_t eye = 0; eye < 2; ++eye) {
+    for (std::size_t eye = 0; eye < 2; ++eye)
       impl->cameras[eye] = impl->robot->find_frame(impl->block.camera_links[eye]);
-      if (impl->cameras[eye].link < 0) {
-        return Error{ErrorCode::kInvalidArgument,
-                     options.urdf_path.string() + ": the <nido> element names the camera link \"" +
-                         impl->block.camera_links[eye] + "\", which is not there"};
-      }
-    }
     impl->limb_forces = std::make_unique<LimbForces>(*impl->robot, impl->block);
     impl->inertial = impl->robot->find_frame(impl->block.inertial_link);
     impl->drives->go_home(*impl->robot);
@@ -279,6 +278,7 @@ void Simulation::Impl::reset() {
   s.head_velocity.fill(Eigen::Vector3d::Zero());
   s.contacts->restart();
   s.camera_fault.fill(CameraFault::kNone);
+  s.films.clear();
   s.light = s.options.light;
   s.drives->go_home(*s.robot);
   s.drives->measure(*s.robot);
@@ -304,6 +304,13 @@ Status Simulation::restore(const SavedState& saved) {
   return {};
 }
 
+Film& Simulation::film(std::size_t camera) {
+  if (impl_->films.size() <= camera) impl_->films.resize(camera + 1);
+  return impl_->films[camera];
+}
+
+std::uint64_t Simulation::complete_hash() const { return hash_of(impl_->snapshot()); }
+
 std::string Simulation::snapshot() const { return snapshot_text(impl_->snapshot(), impl_->state_shape()); }
 
 Status Simulation::restore_snapshot(const std::string& text, const std::string& source) {
@@ -326,6 +333,7 @@ SimulationState Simulation::Impl::state() const {
   state.head_velocity = head_velocity;
   state.limb_forces = limb_forces->save();
   state.camera_fault = camera_fault;
+  state.films = films;
   state.light = light;
   state.joints = joints;
   return state;
@@ -341,6 +349,7 @@ void Simulation::Impl::set_state(const SimulationState& state) {
   head_velocity = state.head_velocity;
   limb_forces->restore(state.limb_forces);
   camera_fault = state.camera_fault;
+  films = state.films;
   light = state.light;
   joints = state.joints;
   failure.clear();
@@ -428,7 +437,14 @@ const std::vector<TaxelForce>& Simulation::skin_touch(std::size_t patch) const {
   return impl_->contacts->skin().touch(patch);
 }
 
+bool Simulation::has_hand(Hand hand) const {
+  return !impl_->block.hands[hand == Hand::kLeft ? 0 : 1].frame.empty();
+}
+
+bool Simulation::has_eye(Eye eye) const { return impl_->cameras[eye == Eye::kLeft ? 0 : 1].link >= 0; }
+
 Eigen::Isometry3d Simulation::X_WorldCamera(Eye eye) const {
+  if (!has_eye(eye)) return impl_->robot->X_WorldLink(0);
   return impl_->pose(impl_->cameras[eye == Eye::kLeft ? 0 : 1]);
 }
 

@@ -61,6 +61,7 @@ struct Simulation::Impl {
       Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};  // of the inertial sensor, now and a period before
   RobotBody::Frame inertial;
   std::array<CameraFault, 2> camera_fault{};  // left, right
+  std::vector<Film> films;                    // by camera; see Simulation::film()
   Lighting light;
 
   std::map<std::string, WorldSnapshot> snapshots;  // by the names that the world port gave them

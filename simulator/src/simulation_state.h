@@ -10,6 +10,7 @@
 #include "limb_forces.h"
 #include "nido/interfaces/result.h"
 #include "nido/simulator/faults.h"
+#include "nido/simulator/film.h"
 #include "nido/simulator/simulation.h"
 #include "object_joints.h"
 #include "objects.h"
@@ -30,6 +31,7 @@ struct SimulationState {
   std::array<Eigen::Vector3d, 2> head_velocity = {Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
   LimbForces::State limb_forces;
   std::array<CameraFault, 2> camera_fault{};  // left, right
+  std::vector<Film> films;                    // of the cameras that ever were broken
   Lighting light;
   std::vector<ObjectJoint> joints;
 };
@@ -58,6 +60,8 @@ struct StateShape {
 
 // A snapshot as JSON; numbers come back bit for bit. Meshes are named, not copied.
 [[nodiscard]] std::string snapshot_text(const WorldSnapshot& snapshot, const StateShape& shape);
+// A number for the snapshot: states have the same future, whatever the time, if theirs is the same.
+[[nodiscard]] std::uint64_t hash_of(const WorldSnapshot& snapshot);
 // Refuses, in words that begin with the source, what is no snapshot or one of another robot, and numbers that
 // no snapshot has.
 [[nodiscard]] Result<WorldSnapshot> read_snapshot(const std::string& text, const StateShape& shape,

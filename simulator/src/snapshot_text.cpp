@@ -1,5 +1,8 @@
 // Snapshots as JSON: a line here for everything that a state is made of.
+#include <array>
+#include <cinttypes>
 #include <cmath>
+#include <cstdio>
 #include <nlohmann/json.hpp>
 
 #include "simulation_state.h"
@@ -112,6 +115,30 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ObjectJoint, kind, a, b, X_AJoint, X_BJoint, 
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SimulationState, period, moment, robot, objects, drives, contacts,
                                    head_velocity, limb_forces, camera_fault, light, joints)
 
+// pictures are lists of numbers: broken eyes are rare, and files of older versions have none
+void to_json(json& j, const Film& film) {
+  const Image* picture = picture_on(film);
+  j = json{{"fault", film.fault},
+           {"taken", film.taken},
+           {"width", picture == nullptr ? 0 : film.width},
+           {"height", picture == nullptr ? 0 : film.height},
+           {"rgb", picture == nullptr ? std::vector<std::uint8_t>() : picture->rgb}};
+}
+
+void from_json(const json& j, Film& film) {
+  j.at("fault").get_to(film.fault);
+  j.at("taken").get_to(film.taken);
+  j.at("width").get_to(film.width);
+  j.at("height").get_to(film.height);
+  Image picture;
+  j.at("rgb").get_to(picture.rgb);
+  picture.width = film.width;
+  picture.height = film.height;
+  std::promise<Image> drawn;
+  film.shown = drawn.get_future().share();
+  drawn.set_value(std::move(picture));
+}
+
 namespace {
 
 constexpr const char* kFormat = "nido snapshot 2";
@@ -183,6 +210,16 @@ std::string trouble_of(const WorldSnapshot& snapshot, const StateShape& shape) {
     const std::string trouble = trouble_of(object);
     if (!trouble.empty()) return "object \"" + object.name + "\": " + trouble;
   }
+  constexpr int kLargestPicture_px = 4096;
+  constexpr int kMostTaken = 1'000'000'000;
+  for (const Film& film : s.films) {
+    const Image* picture = picture_on(film);
+    if (film.taken < 0 || film.taken > kMostTaken || film.width < 0 || film.width > kLargestPicture_px ||
+        film.height < 0 || film.height > kLargestPicture_px ||
+        (picture != nullptr &&
+         picture->rgb.size() != std::size_t{3} * static_cast<unsigned>(film.width * film.height)))
+      return "the picture of a broken eye is none";
+  }
   const int count = static_cast<int>(snapshot.objects.size());
   for (const Contacts::Touching& touching : s.contacts.touching) {
     if (!is_side(touching.a, touching.robot_geom, snapshot, shape) ||
@@ -209,8 +246,24 @@ std::string snapshot_text(const WorldSnapshot& snapshot, const StateShape& shape
   const json file = {{"format", kFormat},
                      {"hinges", shape.hinges},
                      {"objects", snapshot.objects},
-                     {"state", snapshot.state}};
+                     {"state", snapshot.state},
+                     {"films", snapshot.state.films}};
   return file.dump() + "\n";
+}
+
+std::string hash_word(std::uint64_t hash) {
+  std::array<char, 17> word{};
+  std::snprintf(word.data(), word.size(), "%016" PRIx64, hash);
+  return word.data();
+}
+
+std::uint64_t hash_of(const WorldSnapshot& snapshot) {
+  WorldSnapshot timeless = snapshot;
+  timeless.state.period = 0;
+  const json all = {{"objects", timeless.objects}, {"state", timeless.state}};
+  std::uint64_t hash = 1469598103934665603ULL;
+  for (const std::uint8_t byte : json::to_cbor(all)) hash = (hash ^ byte) * 1099511628211ULL;  // FNV-1a
+  return hash;
 }
 
 Result<WorldSnapshot> read_snapshot(const std::string& text, const StateShape& shape,
@@ -227,6 +280,7 @@ Result<WorldSnapshot> read_snapshot(const std::string& text, const StateShape& s
       return refuse("is a snapshot of another robot: its hinges have other names");
     file.at("objects").get_to(snapshot.objects);
     file.at("state").get_to(snapshot.state);
+    if (file.contains("films")) file.at("films").get_to(snapshot.state.films);
   } catch (const json::exception& e) {
     return refuse(e.what());
   }

@@ -45,7 +45,9 @@ std::string palm(Impl& sim, Arguments& arguments) {
   arguments.end();
   if (!arguments.ok()) return arguments.failure();
   if (side != "left" && side != "right") return fail_reply("hand not recognized", "left or right");
-  return pose_text(sim.pose(sim.robot->find_frame(sim.block.hands[side == "left" ? 0 : 1].frame)));
+  const RobotBody::Frame frame = sim.robot->find_frame(sim.block.hands[side == "left" ? 0 : 1].frame);
+  if (frame.link < 0) return fail_reply("hand not recognized", "this robot has no such hand");
+  return pose_text(sim.pose(frame));
 }
 
 std::string contacts(Impl& sim, Arguments& arguments) {

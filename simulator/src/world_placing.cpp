@@ -27,6 +27,7 @@ std::string get(Impl& sim, Arguments& arguments) {
     arguments.end();
     if (!arguments.ok()) return arguments.failure();
     const RobotBody::Frame frame = sim.robot->find_frame(sim.block.hands[*side == 'l' ? 0 : 1].frame);
+    if (frame.link < 0) return fail_reply("hand not recognized", "this robot has no such hand");
     return vector_text((X_WorldPort().inverse() * sim.pose(frame)).translation());
   }
   if (word == "screen") return fail_reply("could not get screen", "this world has no screen");

@@ -86,7 +86,13 @@ std::string reset(Impl& sim, Arguments& arguments) {
   return "[ok]";
 }
 
-constexpr std::array<WorldVerb, 3> kVerbs = {{
+std::string hash(Impl& sim, Arguments& arguments) {
+  arguments.end();
+  if (!arguments.ok()) return arguments.failure();
+  return hash_word(hash_of(sim.snapshot()));
+}
+
+constexpr std::array<WorldVerb, 4> kVerbs = {{
     {"snapshot", take, "[NAME [file]]",
      "keeps the whole simulation (robot, drives, touch, objects, also those deleted later, faults, light) to "
      "come back to; up to eight; file: also as NAME.snapshot.json in the scene folder, for another process",
@@ -96,6 +102,10 @@ constexpr std::array<WorldVerb, 3> kVerbs = {{
      "bit; "
      "the clock goes on",
      "world restore before"},
+    {"hash", hash, "",
+     "16 hexadecimal digits for the complete state: all that a snapshot keeps, but the time and the pictures "
+     "of broken eyes; runs are the same if they are the same at every step (the port /icubSim/state_hash:o)",
+     "world hash"},
     {"reset", reset, "", "robot and objects as at the start; the clock goes on", "world reset"},
 }};
 

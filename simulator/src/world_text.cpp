@@ -146,6 +146,11 @@ std::string fail_reply(const std::string& reason, const std::string& detail) {
 std::string number_text(double value) {
   if (std::abs(value) < 5e-7) return "0.0";
   std::array<char, 32> text{};
+  constexpr double kLongestWritten = 1e15;
+  if (std::abs(value) >= kLongestWritten) {
+    std::snprintf(text.data(), text.size(), "%g", value);
+    return text.data();
+  }
   std::snprintf(text.data(), text.size(), "%.6f", value);
   std::string out = text.data();
   while (out.back() == '0' && out[out.size() - 2] != '.') out.pop_back();

@@ -134,6 +134,34 @@ TEST(RobotModel, KnowsItsSensors) {
   EXPECT_GE(model.inertial_link(), 0);
 }
 
+// config/robots/arm.urdf: z, then y, then an axis across both, after a turned origin
+TEST(RobotModel, TurnsAboutAnyAxis) {
+  const auto loaded = RobotModel::load(std::filesystem::path(NIDO_CONFIG_DIR) / "robots/arm.urdf");
+  ASSERT_TRUE(loaded.ok()) << loaded.error().message;
+  const RobotModel& arm = *loaded;
+  const Eigen::Vector3d axes_rad(0.4, -0.7, 1.1);
+  using Eigen::AngleAxisd;
+  using Eigen::Translation3d;
+  using Eigen::Vector3d;
+  const Eigen::Isometry3d lower = Translation3d(0, 0, 0.05) * AngleAxisd(0.4, Vector3d::UnitZ()) *
+                                  AngleAxisd(-0.7, Vector3d::UnitY()) * Translation3d(0, 0, 0.24) *
+                                  AngleAxisd(0.3, Vector3d::UnitZ()) *
+                                  AngleAxisd(1.1, Vector3d(0.6, -0.8, 0));
+  const int tip = *arm.link_index("tip");
+  EXPECT_TRUE(arm.X_RootLink(*arm.link_index("lower"), axes_rad).isApprox(lower, 1e-12));
+  EXPECT_TRUE(arm.X_RootLinks(axes_rad)[static_cast<std::size_t>(tip)].isApprox(
+      lower * Translation3d(0, 0, 0.2), 1e-12));
+  const auto J = arm.jacobian(tip, axes_rad, {0, 1, 2});
+  constexpr double kStep_rad = 1e-6;
+  for (int a = 0; a < 3; ++a) {
+    const Vector3d step = kStep_rad * Vector3d::Unit(a);
+    const Vector3d moved_m = arm.X_RootLink(tip, axes_rad + step).translation() -
+                             arm.X_RootLink(tip, axes_rad - step).translation();
+    EXPECT_LT((J.col(a).head<3>() - moved_m / (2 * kStep_rad)).norm(), 1e-8) << a;
+  }
+  EXPECT_NEAR(arm.mass_kg(), 1.7, 1e-12);
+}
+
 TEST(RobotModel, RefusesBadFilesInASentence) {
   const std::string good = icub_text();
   const auto refusal = [](const std::string& text) {

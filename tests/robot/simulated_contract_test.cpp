@@ -212,7 +212,7 @@ class RecordedRun {
     for (int step = from; step < to; ++step) {
       command(step);
       wait(1);
-      std::string what = std::to_string(robot_->simulation().state_hash());
+      std::string what = std::to_string(robot_->simulation().state_hash()) + " " + world("world hash");
       for (const auto& board : boards_) {
         for (const double torque_Nm : required(board->read_joints()).torque_Nm)
           what += " " + std::to_string(torque_Nm);
@@ -240,6 +240,7 @@ class RecordedRun {
       done = boards_[3]->set_control_mode(joints, ControlMode::kVelocity).ok() &&
              boards_[3]->set_velocities(joints, std::array{-0.4, 0.1, 0.0}).ok();
     }
+    if (step == 20) done = world("world fault cam left slow") == "[ok]";
     if (step == 31) done = world("world mk sph 0.03 0.1 0.9 0.35 0 1 0") == "[ok]";
     if (step == 35) done = world("world fault left_arm 0 weak") == "[ok]";
     if (step == 37) done = world("world fault cam right noise") == "[ok]";
@@ -271,6 +272,59 @@ TEST(SimulatedRobot, ARunRestoredHalfWayIsTheSameRun) {
   other.wait(17);
   ASSERT_EQ(other.world("world restore half"), "[ok]");
   EXPECT_TRUE(other.go(40, 70) == second_half) << "in another robot";
+  std::filesystem::remove_all(scenes);
+}
+
+// a stuck eye shows the moment in which it stuck, also when nobody knows that moment but a snapshot's file
+TEST(SimulatedCamera, AStuckEyesPictureIsPartOfASnapshot) {
+  const std::filesystem::path scenes = std::filesystem::path(testing::TempDir()) / "nido_stuck_eye";
+  std::filesystem::remove_all(scenes);
+  sim::SimulationOptions options;
+  options.urdf_path = std::string(NIDO_CONFIG_DIR) + "/robots/icub.urdf";
+  options.world_path = std::string(NIDO_CONFIG_DIR) + "/worlds/table.yaml";
+  options.scene_folder = scenes;
+  struct Seer {
+    explicit Seer(const sim::SimulationOptions& of, const sim::Camera& optics = {})
+        : robot(required(sim::SimulatedRobot::create(of, {}))),
+          eye(required(sim::SimulatedCamera::create(robot, sim::Eye::kLeft, optics))) {}
+    std::vector<std::uint8_t> look() {
+      Image image;
+      EXPECT_TRUE(eye->grab(image).ok());
+      return image.rgb;
+    }
+    void world(const std::string& line) { EXPECT_EQ(sim::SimulatedWorld(robot).command(line), "[ok]"); }
+    std::shared_ptr<sim::SimulatedRobot> robot;
+    std::unique_ptr<sim::SimulatedCamera> eye;
+  };
+
+  Seer first(options);
+  first.world("world fault cam left stuck");
+  const auto stuck = first.look();
+  first.world("world light brightness 0.5");
+  const auto hash = first.robot->simulation().complete_hash();
+  first.world("world snapshot dark file");
+  ASSERT_TRUE(first.look() == stuck);
+  first.world("world fault clear");
+  const auto dark = first.look();
+  ASSERT_FALSE(dark == stuck) << "the light did change";
+  first.world("world fault cam left stuck");
+  ASSERT_TRUE(first.look() == dark) << "stuck anew, in the dark";
+  first.world("world restore dark");
+  EXPECT_TRUE(first.look() == stuck) << "the picture of the first time";
+
+  Seer second(options);
+  EXPECT_NE(second.robot->simulation().complete_hash(), hash);
+  second.world("world restore dark");
+  EXPECT_EQ(second.robot->simulation().complete_hash(), hash);
+  EXPECT_TRUE(second.look() == stuck) << "from the file";
+  second.world("world reset");
+  second.world("world fault cam left stuck");
+  second.world("world light brightness 0.5");
+  EXPECT_FALSE(second.look() == stuck) << "a reset forgets the picture";
+
+  Seer small(options, {.width = 160, .height = 120});
+  small.world("world restore dark");
+  EXPECT_EQ(small.look().size(), std::size_t{160} * 120 * 3) << "the picture of another camera is no use";
   std::filesystem::remove_all(scenes);
 }
 

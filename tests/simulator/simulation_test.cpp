@@ -52,6 +52,46 @@ TEST(Simulation, has_the_joints_of_the_icub) {
   EXPECT_EQ(sim->parts()[3].joints[15].name, "r_pinky");
 }
 
+// no hands, no eyes, axes that are no z axes: another description is another robot
+TEST(Simulation, another_urdf_is_another_robot) {
+  SimulationOptions options;
+  options.urdf_path = config("robots/arm.urdf");
+  const auto sim = make(options);
+  const auto model = RobotModel::load(options.urdf_path);
+  ASSERT_TRUE(model.ok()) << model.error().message;
+  EXPECT_FALSE(sim->has_hand(Hand::kLeft));
+  EXPECT_FALSE(sim->has_eye(Eye::kRight));
+  ASSERT_EQ(sim->parts().size(), 1U);
+  const std::array<double, 3> target_rad = {0.8, -0.6, -0.9};
+  ASSERT_TRUE(sim->command_all(0, JointMode::kPosition, target_rad).ok());
+  ASSERT_TRUE(sim->step(5).ok());
+  Eigen::Vector3d axes_rad;
+  for (int j = 0; j < 3; ++j) {
+    axes_rad[j] = sim->joints(0)[static_cast<std::size_t>(j)].position_rad;
+    EXPECT_NEAR(axes_rad[j], target_rad[static_cast<std::size_t>(j)], 0.3 * kDegree) << j;
+  }
+  for (const char* link : {"upper", "lower", "tip"}) {
+    const Eigen::Isometry3d wanted = model->X_RootLink(*model->link_index(link), axes_rad);
+    const Eigen::Isometry3d simulated = *sim->X_WorldLink(link);
+    EXPECT_LT((simulated.translation() - wanted.translation()).norm(), 1e-6) << link;
+    EXPECT_LT(Eigen::AngleAxisd(simulated.linear().transpose() * wanted.linear()).angle(), 1e-6) << link;
+  }
+  for (const char* line : {"world palm left", "world get rhand"}) {
+    EXPECT_EQ(sim->world(line), "[fail] \"hand not recognized\" \"this robot has no such hand\"") << line;
+  }
+  for (const char* line :
+       {"world fault cam left stuck", "world fault skin left palm off", "world fault arm 1 weak"})
+    EXPECT_EQ(sim->world(line), "[ok]") << line;
+  SimulationOptions massless = options;  // its root, the post, has no mass
+  massless.base = Base::kFree;
+  const auto refused = Simulation::create(massless);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_NE(refused.error().message.find("a root with a mass"), std::string::npos) << refused.error().message;
+  const auto other = make(options);
+  ASSERT_TRUE(other->restore_snapshot(sim->snapshot(), "snapshot").ok());
+  EXPECT_EQ(other->complete_hash(), sim->complete_hash());
+}
+
 TEST(Simulation, runs_repeat_bit_for_bit_and_from_reset_and_restore) {
   auto first = make(with_world("table"));
   auto second = make(with_world("table"));

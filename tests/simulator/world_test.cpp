@@ -158,6 +158,7 @@ TEST(WorldPort, refuses_in_words_and_changes_nothing) {
           {"world mk", "[fail] \"too few words\"*"},
           {"world mk cone 1 1 0 1 0 1 1 1", "[fail] \"unrecognized object type\"*"},
           {"world mk box 0 0.1 0.1 0 1 0 1 1 1", "[fail] \"could not set size\" \"size x is 0.0*"},
+          {"world mk box 1e308 0.1 0.1 0 1 0 1 1 1", "[fail] \"could not set size\" \"size x is 1e+308;*"},
           {"world mk box 0.1 -0.1 0.1 0 1 0 1 1 1", "[fail] \"could not set size\" \"size y is -0.1*"},
           {"world mk box 0.1 0.1 1e30 0 1 0 1 1 1", "[fail] \"could not set size\"*"},
           {"world mk box 0.1 0.1 nan 0 1 0 1 1 1", "[fail] \"could not set size\" \"size z is 'nan'*"},

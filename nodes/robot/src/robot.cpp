@@ -13,6 +13,7 @@
 #include "nido/yarp/devices.h"
 #include "src/body_server.h"
 #include "src/depth_server.h"
+#include "src/state_server.h"
 
 namespace nido {
 namespace {
@@ -74,6 +75,11 @@ Result<std::unique_ptr<Robot>> Robot::create(Node& node, const RobotFile& file, 
                    static_cast<std::int64_t>(std::llround(1e9 / file.body.rate_hz)));
     if (!body) return body.error();
     robot->servers_.push_back(std::move(*body));
+  }
+  if (robot->simulated_) {
+    auto state = serve_state_hash(node, "/" + file.robot + "/state_hash", *robot->simulated_);
+    if (!state) return state.error();
+    robot->servers_.push_back(std::move(*state));
   }
   return robot;
 }

@@ -225,6 +225,7 @@ std::vector<DeviceKind> simulated_family() {
            [](const YAML::Node& parameters, const Robot& robot, std::uint64_t) -> Result<MadeDevice> {
              const sim::Hand hand =
                  parameters["hand"].as<std::string>() == "left" ? sim::Hand::kLeft : sim::Hand::kRight;
+             if (!robot->simulation().has_hand(hand)) return sim::no_such_hand(hand);
              return MadeDevice{std::unique_ptr<ITouch>(std::make_unique<sim::SimulatedTouch>(robot, hand))};
            }),
       kind("sim/skin",

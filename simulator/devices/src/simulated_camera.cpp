@@ -10,6 +10,7 @@ Result<std::unique_ptr<SimulatedCamera>> SimulatedCamera::create(std::shared_ptr
                                                                  Eye eye, const Camera& optics,
                                                                  const NoiseOptions& noise) {
   if (Status valid = optics.check(); !valid) return valid.error();
+  if (!robot->simulation().has_eye(eye)) return no_such_eye(eye);
   std::shared_ptr<PictureNoise> made;
   if (noise.blur_px != 0 || noise.noise_levels != 0) {
     Result<PictureNoise> result = PictureNoise::create(noise);
@@ -29,56 +30,71 @@ Result<std::unique_ptr<SimulatedCamera>> SimulatedCamera::create_fixed(std::shar
 
 SimulatedCamera::SimulatedCamera(std::shared_ptr<SimulatedRobot> robot, std::optional<Eye> eye,
                                  const Camera& camera, std::shared_ptr<PictureNoise> noise)
-    : robot_(std::move(robot)), eye_(eye), camera_(camera), noise_(std::move(noise)) {}
+    : robot_(std::move(robot)),
+      eye_(eye),
+      camera_(camera),
+      noise_(std::move(noise)),
+      film_(eye ? robot_->add_film() : 0) {}
 
 Status SimulatedCamera::open_shutter() {
   const std::lock_guard lock(mutex_);
   const std::lock_guard robot_lock(robot_->mutex());
   Camera camera = camera_;
   if (eye_) camera.X_WorldCamera = robot_->simulation().X_WorldCamera(*eye_);
-  const CameraFault fault = eye_ ? robot_->simulation().camera_fault(*eye_) : CameraFault::kNone;
-  const bool is_faulty = fault != CameraFault::kNone;
   Darkroom::Finish finish;
-  if (noise_ || is_faulty || was_faulty_) {
+  if (eye_) {
     const std::uint64_t moment = robot_->simulation().moment();
-    finish = [noise = noise_, faulty = faulty_, fault, moment](Image& picture) {
-      if (noise) noise->apply(picture, moment);
-      spoil(*faulty, fault, moment, picture);
-    };
+    finish = fault_of_picture(moment);
+    if (noise_) {
+      finish = [noise = noise_, moment, spoil = std::move(finish)](Image& picture) {
+        noise->apply(picture, moment);
+        if (spoil) spoil(picture);
+      };
+    }
   }
-  was_faulty_ = is_faulty;
   picture_ = robot_->begin_picture(camera, std::move(storage_), std::move(finish));
   storage_ = {};
   return {};
 }
 
-void SimulatedCamera::spoil(Faulty& faulty, CameraFault fault, std::uint64_t moment, Image& picture) {
+Darkroom::Finish SimulatedCamera::fault_of_picture(std::uint64_t moment) {
   constexpr int kSlowness = 5;
   constexpr double kGrain_levels = 60;
-  if (fault != faulty.fault) faulty = {.fault = fault};
+  const CameraFault fault = robot_->simulation().camera_fault(*eye_);
+  Film& film = robot_->simulation().film(film_);
+  if (fault != film.fault) film = {.fault = fault};
   switch (fault) {
     case CameraFault::kNone:
-      return;
+      break;
     case CameraFault::kOff:
-      std::fill(picture.rgb.begin(), picture.rgb.end(), std::uint8_t{0});
-      break;
+      return [](Image& picture) { std::fill(picture.rgb.begin(), picture.rgb.end(), std::uint8_t{0}); };
     case CameraFault::kNoise:
-      if (!faulty.grain) {
+      if (!grain_) {
         if (auto made = PictureNoise::create({.noise_levels = kGrain_levels}); made)
-          faulty.grain = std::move(*made);
+          grain_ = std::make_shared<PictureNoise>(std::move(*made));
       }
-      if (faulty.grain) faulty.grain->apply(picture, moment);
-      break;
+      return [grain = grain_, moment](Image& picture) {
+        if (grain) grain->apply(picture, moment);
+      };
     case CameraFault::kStuck:
-    case CameraFault::kSlow:
-      if (faulty.taken == 0 || (fault == CameraFault::kSlow && faulty.taken % kSlowness == 0)) {
-        faulty.held.rgb = picture.rgb;
-      } else {
-        picture.rgb = faulty.held.rgb;
+    case CameraFault::kSlow: {
+      // a film of another robot's camera is no use
+      const bool has_one = film.width == camera_.width && film.height == camera_.height;
+      const bool is_new = !has_one || (fault == CameraFault::kSlow && film.taken % kSlowness == 0);
+      ++film.taken;
+      if (!is_new) {
+        return [film](Image& picture) {
+          if (const Image* shown = picture_on(film)) picture.rgb = shown->rgb;
+        };
       }
-      break;
+      auto drawn = std::make_shared<std::promise<Image>>();
+      film.width = camera_.width;
+      film.height = camera_.height;
+      film.shown = drawn->get_future().share();
+      return [drawn](Image& picture) { drawn->set_value(picture); };
+    }
   }
-  ++faulty.taken;
+  return {};
 }
 
 Status SimulatedCamera::grab(Image& image) {

@@ -9,6 +9,7 @@ namespace nido::sim {
 Result<std::unique_ptr<SimulatedDepthCamera>> SimulatedDepthCamera::create(
     std::shared_ptr<SimulatedRobot> robot, Eye eye, const Camera& optics) {
   if (Status valid = optics.check(); !valid) return valid.error();
+  if (!robot->simulation().has_eye(eye)) return no_such_eye(eye);
   return std::unique_ptr<SimulatedDepthCamera>(new SimulatedDepthCamera(std::move(robot), eye, optics));
 }
 

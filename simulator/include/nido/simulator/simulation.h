@@ -12,6 +12,7 @@
 
 #include "nido/interfaces/result.h"
 #include "nido/simulator/faults.h"
+#include "nido/simulator/film.h"
 #include "nido/simulator/joints.h"
 #include "nido/simulator/scene.h"
 #include "nido/simulator/skin.h"
@@ -101,6 +102,9 @@ class SavedState {
   std::unique_ptr<Data> data_;
 };
 
+// A hash as it is written: 16 hexadecimal digits.
+[[nodiscard]] std::string hash_word(std::uint64_t hash);
+
 // A robot in a world of objects: physics, drives, touch, and the text vocabulary of the world port. No
 // cameras (see the renderer, which draws its SceneSnapshot), no network.
 //
@@ -173,10 +177,17 @@ class Simulation {
   // Taxels of a patch that feel something that is not the robot, in the order of their values; mostly none.
   // Their forces sum to the normal forces of the contacts on the patch, but for contacts beside its taxels.
   [[nodiscard]] const std::vector<TaxelForce>& skin_touch(std::size_t patch) const;
+  // Whether the robot's description has this hand with its pads, and this eye. Without them nothing is
+  // touched, and the camera frame is the root's.
+  [[nodiscard]] bool has_hand(Hand hand) const;
+  [[nodiscard]] bool has_eye(Eye eye) const;
   // Camera frame of an eye: z along the optical axis, x to the right and y down in the image.
   [[nodiscard]] Eigen::Isometry3d X_WorldCamera(Eye eye) const;
   // What the camera of an eye does instead of its work; the world port says so.
   [[nodiscard]] CameraFault camera_fault(Eye eye) const;
+  // What camera number `camera` remembers for its faults; each camera keeps its own number. Empty at the
+  // start and after a reset, brought back by restore().
+  [[nodiscard]] Film& film(std::size_t camera);
   // Head's inertial sensor in its own frame: what an accelerometer feels (gravity included) and the turn
   // rate.
   struct Inertial {
@@ -207,8 +218,11 @@ class Simulation {
   // Everything to draw: robot, table, objects, floor. The revision changes when things are made, deleted or
   // recoloured.
   void scene(SceneSnapshot& out) const;
-  // Hash of the whole physical state, to compare runs.
+  // Hash of places, speeds, drives and touch, to compare runs; quick.
   [[nodiscard]] std::uint64_t state_hash() const;
+  // Hash of the complete state: of all that a snapshot keeps, but the time and the pictures of broken eyes.
+  // Takes about a millisecond.
+  [[nodiscard]] std::uint64_t complete_hash() const;
 
   // -- the world port
   // ------------------------------------------------------------------------------------------------- One

@@ -36,17 +36,12 @@ class SimulatedCamera final : public ICamera, public IShutter {
   std::optional<Eye> eye_;
   const Camera camera_;
   const std::shared_ptr<PictureNoise> noise_;  // used by the drawing thread alone; null: none
-  // What a fault of the camera needs to remember; used by the drawing thread alone.
-  struct Faulty {
-    std::optional<PictureNoise> grain{};
-    Image held{};   // what a stuck or slow camera shows
-    int taken = 0;  // pictures since the fault began
-    CameraFault fault = CameraFault::kNone;
-  };
-  static void spoil(Faulty& faulty, CameraFault fault, std::uint64_t moment, Image& picture);
-  const std::shared_ptr<Faulty> faulty_ = std::make_shared<Faulty>();
+  // What the fault that the eye has does to the picture that is taken now; empty: nothing. Under the robot's
+  // lock.
+  Darkroom::Finish fault_of_picture(std::uint64_t moment);
+  std::shared_ptr<PictureNoise> grain_;  // of an eye whose fault is noise; used by the drawing thread
+  const std::size_t film_;               // of an eye
   std::mutex mutex_;
-  bool was_faulty_ = false;
   std::optional<std::future<Result<Image>>> picture_;  // taken, not delivered yet
   Image storage_;                                      // of the next picture
 };

@@ -38,6 +38,16 @@ class FairMutex {
   std::uint64_t now_serving_ = 0;
 };
 
+// Why a device of an eye or a hand cannot be made.
+[[nodiscard]] inline Error no_such_eye(Eye eye) {
+  return {ErrorCode::kNotFound, std::string("the robot's description has no camera \"") +
+                                    (eye == Eye::kLeft ? "left" : "right") + "\" in its <nido> block"};
+}
+[[nodiscard]] inline Error no_such_hand(Hand hand) {
+  return {ErrorCode::kNotFound, std::string("the robot's description has no hand \"") +
+                                    (hand == Hand::kLeft ? "left" : "right") + "\" in its <nido> block"};
+}
+
 // One simulation and one darkroom, shared by the devices of a simulated robot, and the clock of that robot.
 // Devices hold it by shared_ptr and lock it for every call, so that they may be used from any thread.
 class SimulatedRobot final : public ISteppable, public IClock {
@@ -63,6 +73,8 @@ class SimulatedRobot final : public ISteppable, public IClock {
   using ClockCommand = std::function<std::string(const std::string&)>;
   void set_clock(ClockCommand clock);
   [[nodiscard]] const ClockCommand& clock() const { return clock_; }
+  // A number for a camera of an eye: of its film, see Simulation::film().
+  [[nodiscard]] std::size_t add_film() { return films_++; }
   // Begins a picture of the scene as it is now, to be stamped with the present time. See Darkroom::draw.
   std::future<Result<Image>> begin_picture(const Camera& camera, Image storage, Darkroom::Finish finish);
   // Begins to measure depth and instances of the scene as it is now.
@@ -77,6 +89,7 @@ class SimulatedRobot final : public ISteppable, public IClock {
 
   mutable FairMutex mutex_;
   ClockCommand clock_;
+  std::atomic<std::size_t> films_{0};
   std::unique_ptr<Simulation> simulation_;
   std::shared_ptr<const SceneSnapshot> scene_;  // of this moment, if somebody asked for a picture
   Darkroom darkroom_;
