@@ -11,7 +11,8 @@ import subprocess
 import sys
 import tempfile
 
-PROGRAMS = ["test_robot_devices", "test_robot_tasks", "test_simulated_devices", "test_wrappers", "test_gateway"]
+PROGRAMS = ["test_robot_devices", "test_robot_tasks", "test_simulated_devices", "test_wrappers", "test_joined",
+            "test_gateway"]
 
 
 def results_of(program):

@@ -61,6 +61,7 @@ class LocalRig : public ControlBoardRig {
 
 class FakeRig final : public LocalRig {
  public:
+  explicit FakeRig(std::vector<FakeJoint> joints = three_joints()) : fake_(std::move(joints)) {}
   FakeControlBoard& fake() { return fake_; }
   int free_joint() override { return 0; }
 
@@ -69,7 +70,7 @@ class FakeRig final : public LocalRig {
   Status step(std::int64_t now_ns) override { return fake_.step_to(now_ns); }
 
  private:
-  FakeControlBoard fake_{three_joints()};
+  FakeControlBoard fake_;
 };
 
 }  // namespace nido::test

@@ -9,7 +9,8 @@ namespace nido {
 const std::vector<DeviceKind>& device_kinds() {
   static const std::vector<DeviceKind> kinds = [] {
     std::vector<DeviceKind> all;
-    for (auto family : {simulated_family(), fake_family(), audio_family(), yarp_family(), task_family()}) {
+    for (auto family :
+         {simulated_family(), fake_family(), audio_family(), yarp_family(), task_family(), joined_family()}) {
       std::move(family.begin(), family.end(), std::back_inserter(all));
     }
     return all;

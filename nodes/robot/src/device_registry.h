@@ -76,6 +76,7 @@ struct MadeDevice {
   AnyDevice device;
   ISteppable* steppable = nullptr;  // the device itself, when it has to be stepped
   ISteppable* commander = nullptr;  // the device itself, when it commands boards: stepped before their limits
+  bool is_under_limits = false;     // a board made of boards, which are under their limits already
 };
 
 // One kind of device that a robot file can name: FAMILY/WHAT.
@@ -92,6 +93,7 @@ std::vector<DeviceKind> fake_family();
 std::vector<DeviceKind> audio_family();
 std::vector<DeviceKind> yarp_family();
 std::vector<DeviceKind> task_family();
+std::vector<DeviceKind> joined_family();
 
 // Makes a device of a kind. Parameters are checked; failures name the file and line.
 Result<MadeDevice> make_device(const std::string& kind, const YAML::Node& parameters, DeviceContext& context);

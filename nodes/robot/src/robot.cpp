@@ -134,7 +134,8 @@ Status Robot::add_device(const DeviceEntry& entry, const SafetyEntry& safety, De
   if (made->steppable != nullptr) steppables_.push_back(made->steppable);
   if (made->commander != nullptr) commanders_.push_back(made->commander);
   Device device{entry.name, std::move(made->device), nullptr};
-  if (auto* board = std::get_if<std::unique_ptr<IControlBoard>>(&device.device)) {
+  auto* board = std::get_if<std::unique_ptr<IControlBoard>>(&device.device);
+  if (board != nullptr && !made->is_under_limits) {
     LimitOptions options;
     options.part = entry.name;
     options.safety = safety_;
@@ -155,9 +156,9 @@ Status Robot::add_device(const DeviceEntry& entry, const SafetyEntry& safety, De
     for (const std::string& line : describe_limits(entry.name, *device.limited)) node_.log_debug(line);
   }
   if (safety.limits.contains(entry.name) && !device.limited) {
-    return Error{
-        ErrorCode::kInvalidArgument,
-        fmt::format("{}: safety.limits: device '{}' is no control board", context.file.string(), entry.name)};
+    return Error{ErrorCode::kInvalidArgument,
+                 fmt::format("{}: safety.limits: device '{}' is no control board with limits of its own",
+                             context.file.string(), entry.name)};
   }
   devices_.push_back(std::move(device));
   return {};
@@ -171,8 +172,8 @@ Status Robot::add_server(const ServerEntry& entry) {
   using Opened = Result<std::unique_ptr<IServer>>;
   Opened server = std::visit(
       Overloaded{
-          [&](std::unique_ptr<IControlBoard>&) -> Opened {
-            return serve_control_board(node_, port, *found->limited, period_ns);
+          [&](std::unique_ptr<IControlBoard>& board) -> Opened {
+            return serve_control_board(node_, port, found->limited ? *found->limited : *board, period_ns);
           },
           [&](std::unique_ptr<ICamera>& camera) -> Opened {
             return serve_camera(node_, port, *camera,
