@@ -112,6 +112,30 @@ TEST(Conversions, APatchOfSkinIsItsTaxels) {
     EXPECT_NEAR(taxels[i].as_number(), i == 17 ? 51 : i == 383 ? 255 : 0, 1e-9) << i;
 }
 
+TEST(Conversions, AnInertialSensorIsOneOfManySensorsToo) {
+  msgs::Imu imu;
+  imu.header().stamp().sec(2);
+  imu.orientation().w(1);
+  imu.linear_acceleration().z(9.5);
+  imu.angular_velocity().x(std::numbers::pi);
+  const std::vector<View> views = views_of("/r/inertial:o", type("sensor_msgs/msg/Imu"), nullptr);
+  ASSERT_EQ(views.size(), 3U);
+  EXPECT_EQ(views[1].name, "/r/inertial");
+  EXPECT_EQ(views[1].content(&imu).text(), "0.0 0.0 0.0 0.0 0.0 9.5 180.0 0.0 0.0 0.0 0.0 0.0");
+  EXPECT_EQ(views[2].name, "/r/head/inertials/measures:o");
+  EXPECT_EQ(views[2].content(&imu).text(),
+            "(((180.0 0.0 0.0) 2.0)) (((0.0 0.0 9.5) 2.0)) () (((0.0 0.0 0.0) 2.0)) () () () () () () () ()");
+}
+
+TEST(Conversions, TheClockIsWhatYarpsProgramsFollow) {
+  msgs::Clock now;
+  now.clock().sec(7);
+  now.clock().nanosec(20'000'000);
+  const std::vector<View> views = views_of("/clock", type("rosgraph_msgs/msg/Clock"), nullptr);
+  ASSERT_EQ(views.size(), 1U);
+  EXPECT_EQ(views[0].content(&now).text(), "7 20000000");
+}
+
 TEST(StreamCommands, AreThoseOfYarpsBoards) {
   const auto parse = [](const char* text) { return parse_stream_command(*yarp::parse_bottle(text)); };
   const StreamCommand one = *parse("([dpo] 3) (45.0)");

@@ -127,6 +127,36 @@ TEST_F(IcubHand, GoesWhereAClientSends) {
   EXPECT_EQ(asked("[go] [xyz] 1.0 (-3 0 0)"), "[nack] \"\"") << "out of reach";
 }
 
+TEST_F(IcubHand, ASpeedHoldsWhileItIsFollowedAndNoLonger) {
+  const auto height_m = [&] { return rig_.hand().state()->X_RootPalm.translation().z(); };
+  const auto follow = [&](int periods) {
+    for (int period = 0; period < periods; ++period) {
+      rig_.advance();
+      ASSERT_TRUE(words_.follow(*rig_.hand().state()).ok());
+    }
+  };
+  const double before_m = height_m();
+  ASSERT_EQ(asked("[tvel] (0.0 0.0 0.05 0.0 0.0 1.0 0.0)"), "[ack]");
+  follow(100);
+  EXPECT_NEAR(height_m() - before_m, 0.05, 0.01) << "a second of it";
+  // the client is gone
+  words_.let_go_of_speed();
+  EXPECT_FALSE(words_.keeps_speed());
+  follow(12);
+  EXPECT_FALSE(rig_.hand().state()->moving);
+  // what somebody else orders is not undone
+  ASSERT_EQ(asked("[tvel] (0.0 0.0 -0.05 0.0 0.0 1.0 0.0)"), "[ack]");
+  follow(10);
+  EXPECT_TRUE(words_.keeps_speed());
+  CartesianGoal up;
+  up.X_RootPalm = rig_.hand().state()->X_RootPalm;
+  up.X_RootPalm.translation().z() += 0.05;
+  ASSERT_TRUE(rig_.hand().go_to(up).ok());
+  follow(400);
+  EXPECT_FALSE(words_.keeps_speed());
+  EXPECT_LT(rig_.hand().state()->position_error_m, 0.003);
+}
+
 class IcubGaze : public testing::Test {
  protected:
   std::string asked(const std::string& line) { return shape(words_.reply(bottle(line))); }

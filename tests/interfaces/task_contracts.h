@@ -111,7 +111,7 @@ TEST_P(TaskContract, TheHandStopsOnItsWay) {
 
 TEST_P(TaskContract, TheHandGoesOnAtASpeed) {
   const Eigen::Isometry3d before = hand().X_RootPalm;
-  ASSERT_TRUE(rig_->hand().go_on({0, 0, 0.05}, Eigen::Vector3d::Zero()).ok());
+  ASSERT_TRUE(rig_->hand().go_on({0, 0, 0.05}, Eigen::Vector3d::Zero(), 10).ok());
   EXPECT_TRUE(
       eventually(3.0, [&] { return hand().X_RootPalm.translation().z() > before.translation().z() + 0.05; }));
   EXPECT_NEAR(hand().v_m_s.z(), 0.05, 0.02);
@@ -121,8 +121,39 @@ TEST_P(TaskContract, TheHandGoesOnAtASpeed) {
   ASSERT_TRUE(rig_->hand().stop().ok());
   EXPECT_TRUE(eventually(1.0, [&] { return !hand().moving && hand().v_m_s.norm() < 0.01; }));
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_FALSE(rig_->hand().go_on({0, nan, 0}, Eigen::Vector3d::Zero()).ok());
-  EXPECT_FALSE(rig_->hand().go_on({100, 0, 0}, Eigen::Vector3d::Zero()).ok());
+  EXPECT_FALSE(rig_->hand().go_on({0, nan, 0}, Eigen::Vector3d::Zero(), 1).ok());
+  EXPECT_FALSE(rig_->hand().go_on({100, 0, 0}, Eigen::Vector3d::Zero(), 1).ok());
+  for (const double for_s : {nan, 0.0, -1.0, 1e9}) {
+    EXPECT_FALSE(rig_->hand().go_on({0, 0, 0.05}, Eigen::Vector3d::Zero(), for_s).ok()) << for_s;
+  }
+}
+
+TEST_P(TaskContract, ASpeedThatNobodyRepeatsEnds) {
+  const Eigen::Vector3d up_m_s(0, 0, 0.05);
+  const auto height_m = [&] { return hand().X_RootPalm.translation().z(); };
+  const double before_m = height_m();
+  ASSERT_TRUE(rig_->hand().go_on(up_m_s, Eigen::Vector3d::Zero(), kTaskSpeedHolds_s).ok());
+  const std::uint32_t motion = hand().motion;
+  // repeated it goes on, and is still the same motion
+  EXPECT_TRUE(eventually(5.0, [&] {
+    EXPECT_TRUE(rig_->hand().go_on(up_m_s, Eigen::Vector3d::Zero(), kTaskSpeedHolds_s).ok());
+    return height_m() > before_m + 0.03;
+  }));
+  EXPECT_EQ(hand().motion, motion);
+  // who gave it is gone
+  int periods = 0;
+  EXPECT_TRUE(eventually(0.5, [&] {
+    ++periods;
+    return !hand().moving;
+  }));
+  EXPECT_LE(periods, 12) << "the order ends within 100 ms of the robot's time";
+  eventually(0.2, [] { return false; });
+  const double stopped_m = height_m();
+  eventually(0.5, [] { return false; });
+  EXPECT_NEAR(height_m(), stopped_m, rig_->tolerance_m());
+  EXPECT_GE(hand().progress, 1) << "its time was over";
+  ASSERT_TRUE(rig_->hand().stop().ok());
+  EXPECT_NE(hand().motion, motion) << "every other order is a new motion";
 }
 
 TEST_P(TaskContract, WhatMovesIsSet) {

@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <thread>
 #include <vector>
 
@@ -39,13 +40,31 @@ Result<std::unique_ptr<Bridge>> bridge_input(BridgeContext& context, const PortD
 // A text service.
 Result<std::unique_ptr<Bridge>> bridge_service(BridgeContext& context, const std::string& name);
 
+// First parts of the names of iCub's own controllers; empty: none.
+struct TaskStems {
+  std::string gaze;       // "/iKinGazeCtrl"
+  std::string cartesian;  // "cartesianController", behind the robot's name
+};
 // The ports of iCub's own controller before a service that is a hand or the gaze (docs/task_control.md); null
-// for any other. gaze_stem: of the gaze's ports; empty: none.
+// for any other.
 Result<std::unique_ptr<Bridge>> bridge_task(BridgeContext& context, const std::string& service,
-                                            const std::string& gaze_stem);
+                                            const TaskStems& stems);
 
 // What a camera tells of itself in camera_info:o, for those who ask at CAMERA/rpc.
 Result<std::unique_ptr<Bridge>> bridge_camera(BridgeContext& context, const PortDescription& port);
+
+// An inertial sensor as YARP's clients of many sensors know it, multipleanalogsensorsclient: under
+// /ROBOT/head/inertials measures:o, and rpc:o, where they ask which sensors there are. Each is a list for
+// each of 12 kinds of sensor.
+inline constexpr std::string_view kInertialOutput = "/inertial:o";
+inline constexpr std::size_t kSensorKinds = 12;
+inline constexpr std::size_t kGyroscopes = 0;
+inline constexpr std::size_t kAccelerometers = 1;
+inline constexpr std::size_t kOrientations = 3;
+[[nodiscard]] inline std::string many_inertials(std::string_view output) {
+  return std::string(output.substr(0, output.size() - kInertialOutput.size())) + "/head/inertials";
+}
+Result<std::unique_ptr<Bridge>> bridge_inertial(BridgeContext& context, const PortDescription& port);
 
 // Name of the gateway's own port at the other end of `name`.
 [[nodiscard]] std::string own_name(const Node& node, const std::string& name, const std::string& end);

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "bridges.h"
 #include "nido/msgs/types.h"
 #include "nido/textproto/control_board_text.h"
 #include "nido/value/value_message.h"
@@ -166,18 +167,47 @@ Content patch(const msgs::Touch& touch) {
   return Content(yarp::vector_bottle(taxels));
 }
 
-Content inertial(const msgs::Imu& imu) {
+// Three numbers each, in YARP's units.
+struct Inertial {
+  std::vector<double> roll_pitch_yaw_deg;
+  std::vector<double> acceleration_m_s2;
+  std::vector<double> rates_deg_s;
+};
+Inertial inertial_of(const msgs::Imu& imu) {
   const Eigen::Quaterniond q(imu.orientation().w(), imu.orientation().x(), imu.orientation().y(),
                              imu.orientation().z());
   const Eigen::Matrix3d R = q.normalized().toRotationMatrix();
   const double roll = std::atan2(R(2, 1), R(2, 2));
-  const double pitch = std::atan2(-R(2, 0), std::hypot(R(2, 1), R(2, 2)));
+  const double pitch = std::atan2(0.0 - R(2, 0), std::hypot(R(2, 1), R(2, 2)));
   const double yaw = std::atan2(R(1, 0), R(0, 0));
   const auto& a = imu.linear_acceleration();
   const auto& w = imu.angular_velocity();
-  return Content(
-      yarp::vector_bottle({roll * kRadian_deg, pitch * kRadian_deg, yaw * kRadian_deg, a.x(), a.y(), a.z(),
-                           w.x() * kRadian_deg, w.y() * kRadian_deg, w.z() * kRadian_deg, 0.0, 0.0, 0.0}));
+  return {{roll * kRadian_deg, pitch * kRadian_deg, yaw * kRadian_deg},
+          {a.x(), a.y(), a.z()},
+          {w.x() * kRadian_deg, w.y() * kRadian_deg, w.z() * kRadian_deg}};
+}
+
+Content inertial(const msgs::Imu& imu) {
+  const Inertial all = inertial_of(imu);
+  std::vector<double> numbers = all.roll_pitch_yaw_deg;
+  numbers.insert(numbers.end(), all.acceleration_m_s2.begin(), all.acceleration_m_s2.end());
+  numbers.insert(numbers.end(), all.rates_deg_s.begin(), all.rates_deg_s.end());
+  numbers.resize(12);  // three zeros
+  return Content(yarp::vector_bottle(numbers));
+}
+
+// As YARP's servers of many sensors tell it: a list for each kind of sensor, of a measurement and its time.
+Content many_sensors(const msgs::Imu& imu) {
+  const Inertial all = inertial_of(imu);
+  Bottle out(kSensorKinds, Value::list());
+  const auto put = [&](std::size_t kind, const std::vector<double>& numbers) {
+    out[kind].items = {
+        Value::list({Value::list(yarp::vector_bottle(numbers)), Value::of(seconds(imu.header()))})};
+  };
+  put(kGyroscopes, all.rates_deg_s);
+  put(kAccelerometers, all.acceleration_m_s2);
+  put(kOrientations, all.roll_pitch_yaw_deg);
+  return Content(std::move(out));
 }
 
 Error wrong(std::string what) { return {ErrorCode::kInvalidArgument, std::move(what)}; }
@@ -199,6 +229,15 @@ std::vector<View> views_of(const std::string& output, const AnyType& type,
                            const std::shared_ptr<const Modes>& modes) {
   if (type.name == "sensor_msgs/msg/JointState") return joint_views(output, modes);
   if (type.name == "sensor_msgs/msg/Image") return image_views(output);
+  if (type.name == "rosgraph_msgs/msg/Clock") {
+    // as YARP's programs follow it
+    return {{output, "the robot's time: seconds and nanoseconds", [](const void*) { return 0.0; },
+             [](const void* message) {
+               const auto& now = static_cast<const msgs::Clock*>(message)->clock();
+               return Content(Bottle{Value::of(now.sec()), Value::of(static_cast<int>(now.nanosec()))});
+             },
+             false}};
+  }
   if (type.name == "nido_msgs/msg/Values") {
     return {{output, "lists of anything", &time_of_message<msgs::Values>,
              [](const void* message) {
@@ -237,6 +276,11 @@ std::vector<View> views_of(const std::string& output, const AnyType& type,
                 "roll pitch yaw (degrees), acceleration (m/s2), angular velocity (degrees/s), three zeros",
                 &time_of_message<msgs::Imu>,
                 [](const void* message) { return inertial(*static_cast<const msgs::Imu*>(message)); });
+  }
+  if (type.name == "sensor_msgs/msg/Imu" && ends_with(output, kInertialOutput)) {
+    vector_view(many_inertials(output) + "/measures:o",
+                "gyroscope, accelerometer, orientation, as many sensors", &time_of_message<msgs::Imu>,
+                [](const void* message) { return many_sensors(*static_cast<const msgs::Imu*>(message)); });
   }
   if (type.name == "nido_msgs/msg/Audio") {
     views.front().about = "sound";

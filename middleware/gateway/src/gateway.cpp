@@ -34,7 +34,7 @@ class GatewayImpl final : public Gateway {
         "names are {} {}:{}",
         options.ports.names == yarp::PortHostOptions::Names::kServe ? "served on" : "registered at",
         options.ports.host, options.ports.names_port));
-    gaze_stem_ = options.gaze_stem;
+    stems_ = {options.gaze_stem, options.cartesian_stem};
     context_.emplace(BridgeContext{node_, *directory_, loop_, *ports_, workers_});
     loop_.every(kLook_s, [alive = alive_] {
       if (*alive != nullptr) (*alive)->look();
@@ -67,9 +67,14 @@ class GatewayImpl final : public Gateway {
       }
       bridges_[name].push_back(std::move(*bridge));
       if (port.direction == "service") {
-        Result<std::unique_ptr<Bridge>> task = bridge_task(*context_, name, gaze_stem_);
+        Result<std::unique_ptr<Bridge>> task = bridge_task(*context_, name, stems_);
         if (!task) node_.log_warning(fmt::format("{}: {}", name, task.error().message));
         if (task && *task) bridges_[name].push_back(std::move(*task));
+      }
+      if (port.type == "sensor_msgs/msg/Imu" && port.direction == "output" &&
+          name.ends_with(kInertialOutput)) {
+        Result<std::unique_ptr<Bridge>> inertial = bridge_inertial(*context_, port);
+        if (inertial) bridges_[name].push_back(std::move(*inertial));
       }
       if (port.type != "sensor_msgs/msg/CameraInfo" || port.direction != "output") continue;
       Result<std::unique_ptr<Bridge>> camera = bridge_camera(*context_, port);
@@ -83,11 +88,18 @@ class GatewayImpl final : public Gateway {
   std::unique_ptr<Directory> directory_;
   std::unique_ptr<yarp::PortHost> ports_;
   Workers workers_;
-  std::string gaze_stem_;
+  TaskStems stems_;
   std::optional<BridgeContext> context_;
   std::map<std::string, std::vector<std::unique_ptr<Bridge>>> bridges_;  // by nido's port
   std::set<std::string> hopeless_;
 };
+
+// "none", or nothing at all, which YAML calls null: no such ports.
+Result<std::string> stem_parameter(Node& node, const char* key, const std::string& fallback) {
+  const auto given = node.parameter<std::string>(key, fallback);
+  if (!given) return given.error();
+  return *given == "none" || *given == "null" ? std::string() : std::string(*given);
+}
 
 }  // namespace
 
@@ -103,15 +115,19 @@ Result<GatewayOptions> gateway_options(Node& node) {
   const auto names_port = node.parameter<int>("names_port", options.ports.names_port);
   const auto names = node.parameter<std::string>("names", "auto");
   const auto secret_file = node.parameter<std::string>("secret_file", "");
-  const auto gaze_stem = node.parameter<std::string>("gaze_stem", options.gaze_stem);
+  const Result<std::string> gaze_stem = stem_parameter(node, "gaze_stem", options.gaze_stem);
+  const Result<std::string> cartesian_stem = stem_parameter(node, "cartesian_stem", options.cartesian_stem);
   const auto first_port = node.parameter<int>("first_port", 0);
   const auto dialect = node.parameter<int>("dialect", 3);
   const auto connections = node.parameter<int>("connections", static_cast<int>(options.ports.connections));
   for (const auto* number : {&names_port, &first_port, &dialect, &connections}) {
     if (!*number) return number->error();
   }
-  for (const auto* word : {&host, &names, &secret_file, &gaze_stem}) {
+  for (const auto* word : {&host, &names, &secret_file}) {
     if (!*word) return word->error();
+  }
+  for (const auto* stem : {&gaze_stem, &cartesian_stem}) {
+    if (!*stem) return stem->error();
   }
   const auto wrong = [](std::string what) { return Error{ErrorCode::kInvalidArgument, std::move(what)}; };
   if (*names_port < 1 || *names_port > 65'535)
@@ -133,7 +149,12 @@ Result<GatewayOptions> gateway_options(Node& node) {
     return wrong(fmt::format("gaze_stem is '{}': the beginning of port names, as /iKinGazeCtrl, or nothing",
                              *gaze_stem));
   }
+  if (cartesian_stem->starts_with('/') || cartesian_stem->ends_with('/')) {
+    return wrong(fmt::format(
+        "cartesian_stem is '{}': a part of port names, as cartesianController, or nothing", *cartesian_stem));
+  }
   options.gaze_stem = *gaze_stem;
+  options.cartesian_stem = *cartesian_stem;
   options.ports.host = *host;
   options.ports.names_port = *names_port;
   options.ports.first_port = *first_port;

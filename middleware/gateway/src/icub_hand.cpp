@@ -90,15 +90,11 @@ Bottle CartesianWords::reply(const Bottle& command) {
   if (is(command, 0, "set")) return set(command);
   if (is(command, 0, "go")) return go(command);
   if (is(command, 0, "ask")) return ask(command);
-  if (is(command, 0, "stop")) return outcome(hand_.stop());
-  if (is(command, 0, "tvel")) {
-    const auto n = numbers_in(command, 1);
-    if (!n || n->size() != 7) return nack("tvel (VX VY VZ AXIS RATE) is expected: three, three, one");
-    const Eigen::Vector3d axis((*n)[3], (*n)[4], (*n)[5]);
-    const Eigen::Vector3d w_rad_s =
-        axis.isZero() ? Eigen::Vector3d::Zero() : Eigen::Vector3d((*n)[6] * axis.normalized());
-    return outcome(hand_.go_on({(*n)[0], (*n)[1], (*n)[2]}, w_rad_s));
+  if (is(command, 0, "stop")) {
+    speed_.reset();
+    return outcome(hand_.stop());
   }
+  if (is(command, 0, "tvel")) return go_on(command);
   if (is(command, 0, "stor")) {
     const Result<int> id = store();
     return id ? ack({Value::of(*id)}) : nack(id.error().message);
@@ -248,8 +244,43 @@ Bottle CartesianWords::go(const Bottle& command) {
   const double time_s = command[2].as_number();
   goal->duration_s = time_s > 0 ? time_s : kept_.time_s;
   const Status begun = hand_.go_to(*goal);
-  if (begun) goal_ = *goal;
+  if (begun) {
+    goal_ = *goal;
+    speed_.reset();
+  }
   return outcome(begun);
+}
+
+Bottle CartesianWords::go_on(const Bottle& command) {
+  const auto n = numbers_in(command, 1);
+  if (!n || n->size() != 7) return nack("tvel (VX VY VZ AXIS RATE) is expected: three, three, one");
+  const Eigen::Vector3d v_m_s((*n)[0], (*n)[1], (*n)[2]);
+  const Eigen::Vector3d axis((*n)[3], (*n)[4], (*n)[5]);
+  const Eigen::Vector3d w_rad_s =
+      axis.isZero() ? Eigen::Vector3d::Zero() : Eigen::Vector3d((*n)[6] * axis.normalized());
+  return outcome(hold(v_m_s, w_rad_s));
+}
+
+Status CartesianWords::hold(const Eigen::Vector3d& v_m_s, const Eigen::Vector3d& w_rad_s) {
+  if (Status begun = hand_.go_on(v_m_s, w_rad_s, kTaskSpeedHolds_s); !begun) return begun;
+  const Result<CartesianState> state = hand_.state();
+  if (!state) return state.error();
+  speed_ = {v_m_s, w_rad_s, state->motion};
+  return {};
+}
+
+Status CartesianWords::follow(const CartesianState& state) {
+  if (!speed_) return {};
+  // ended by a joint's limit, or by somebody else's order
+  const bool is_over = (!state.moving && state.progress < 1) || state.motion != speed_->motion;
+  if (is_over) {
+    speed_.reset();
+    return {};
+  }
+  const Speed held = *speed_;
+  Status told = hold(held.v_m_s, held.w_rad_s);
+  if (!told) speed_.reset();
+  return told;
 }
 
 Bottle CartesianWords::ask(const Bottle& command) {

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "bridges.h"
+#include "icub_words.h"
 #include "nido/gateway/icub_tasks.h"
 #include "nido/textproto/task_text.h"
 
@@ -11,6 +12,9 @@ namespace nido::gateway {
 namespace {
 
 constexpr double kService_s = 3.0;
+// for a state that is asked for again soon, and an order that nobody waits for: a robot that went away holds
+// up nothing
+constexpr double kLook_s = 0.5;
 constexpr double kPeriod_s = 0.02;  // of what the controllers publish
 constexpr std::string_view kRpc = "/rpc:i";
 
@@ -24,10 +28,11 @@ class TaskBridge : public Bridge {
   // For the destructor of what is made of this: nothing of it is called any more.
   void close() {
     *alive_ = nullptr;
+    closing_ = true;  // what waits is not begun any more
     for (const std::string& name : names_) context_.ports.close_port(name);
     worker_.wait();
   }
-  using Work = std::function<std::optional<yarp::Bottle>(const yarp::Bottle&)>;
+  using Work = std::function<std::optional<yarp::Bottle>(const yarp::Bottle&, const yarp::Incoming&)>;
   Status open_input(const std::string& end, const std::string& about, Work work) {
     yarp::PortSpec spec;
     spec.name = stem_ + end;
@@ -63,7 +68,9 @@ class TaskBridge : public Bridge {
     return {};
   }
   AskLine asker(const std::string& service) {
-    return [this, service](const std::string& line) { return context_.node.call(service, line, kService_s); };
+    return [this, service](const std::string& line) {
+      return context_.node.call(service, line, looks_ ? kLook_s : kService_s);
+    };
   }
   void refuse(const std::string& end, const Status& status) {
     if (!status) context_.node.log_warning(stem_ + end + ": " + status.error().message);
@@ -92,6 +99,8 @@ class TaskBridge : public Bridge {
     return opened;
   }
   void take(const Work& work, yarp::Incoming incoming) {
+    if (closing_) return;
+    looks_ = !incoming.wants_reply;
     Result<yarp::Bottle> words = yarp::Bottle{};
     if (incoming.is_text) {
       words = yarp::parse_bottle(incoming.bytes);
@@ -104,14 +113,15 @@ class TaskBridge : public Bridge {
       incoming.answer(yarp::Bottle{yarp::Value::word("nack"), yarp::Value::string(words.error().message)});
       return;
     }
-    incoming.answer(work(*words));
+    incoming.answer(work(*words, incoming));
   }
   void turn() {
     bool wanted = goes_on_;
     for (const auto& [end, readers] : readers_) wanted = wanted || readers > 0;
     if (!wanted || is_at_work_.exchange(true)) return;
     worker_.add([this] {
-      tick();
+      looks_ = true;
+      if (!closing_) tick();
       is_at_work_ = false;
     });
   }
@@ -122,6 +132,8 @@ class TaskBridge : public Bridge {
   std::vector<std::string> names_;
   std::map<std::string, std::size_t> readers_;  // of each output; the loop's
   std::atomic<bool> is_at_work_ = false;
+  std::atomic<bool> closing_ = false;
+  bool looks_ = false;  // the worker's
   std::int64_t count_ = 0;
   Worker worker_;
 };
@@ -129,16 +141,21 @@ class TaskBridge : public Bridge {
 class CartesianBridge final : public TaskBridge {
  public:
   // /icubSim/cartesian/left_arm/rpc:i
-  CartesianBridge(BridgeContext& context, const std::string& robot, const std::string& part)
-      : TaskBridge(context, robot + "/cartesianController/" + part),
+  CartesianBridge(BridgeContext& context, const std::string& robot, const std::string& part,
+                  const std::string& stem)
+      : TaskBridge(context, robot + "/" + stem + "/" + part),
         hand_(asked_cartesian(asker(robot + "/cartesian/" + part + std::string(kRpc)))),
         words_(*hand_, part) {}
   ~CartesianBridge() override { close(); }
 
   Status open() {
-    const auto answer = [this](const yarp::Bottle& words) { return std::optional(words_.reply(words)); };
-    const auto obey = [this](const yarp::Bottle& words) -> std::optional<yarp::Bottle> {
-      const yarp::Bottle told = words_.reply(words);
+    const auto answer = [this](const yarp::Bottle& words, const yarp::Incoming& incoming) {
+      note_client(incoming);
+      return std::optional(reply(words, incoming));
+    };
+    const auto obey = [this](const yarp::Bottle& words,
+                             const yarp::Incoming& incoming) -> std::optional<yarp::Bottle> {
+      const yarp::Bottle told = reply(words, incoming);
       if (told.size() > 1 && told[0].is_word("nack"))
         refuse("/command:i", Error{ErrorCode::kFailed, told[1].text});
       return std::nullopt;
@@ -150,15 +167,37 @@ class CartesianBridge final : public TaskBridge {
   }
 
  private:
+  // A client's ports have one stem: /client/rpc:o, /client/command:o.
+  static std::string stem_of(const std::string& sender) { return sender.substr(0, sender.rfind('/')); }
+  void note_client(const yarp::Incoming& incoming) {
+    std::erase_if(clients_, [](const auto& client) { return client.second.expired(); });
+    if (incoming.sender.starts_with('/')) clients_[stem_of(incoming.sender)] = incoming.connection;
+  }
+  yarp::Bottle reply(const yarp::Bottle& words, const yarp::Incoming& incoming) {
+    const yarp::Bottle told = words_.reply(words);
+    if (is(words, 0, "tvel") && is(told, 0, "ack")) {
+      // who streams by datagrams is there as long as its questions have a connection
+      const auto client = clients_.find(stem_of(incoming.sender));
+      commander_ = incoming.connection;
+      if (commander_.expired() && client != clients_.end()) commander_ = client->second;
+    }
+    goes_on_ = words_.keeps_speed();
+    return told;
+  }
   void tick() override {
     const Result<CartesianState> state = hand_->state();
     if (!state) return;
+    if (commander_.expired()) words_.let_go_of_speed();
+    refuse("/command:i", words_.follow(*state));
+    goes_on_ = words_.keeps_speed();
     publish("/state:o", CartesianWords::pose_vector(*state), state->stamp_ns);
     publish_events(words_.events(), *state);
   }
 
   const std::unique_ptr<ICartesianControl> hand_;
-  CartesianWords words_;  // the worker's
+  CartesianWords words_;                                      // the worker's, as is what follows
+  std::map<std::string, std::weak_ptr<const void>> clients_;  // that asked, by their stem: their connections
+  std::weak_ptr<const void> commander_;                       // who gave the hand a speed
 };
 
 class GazeBridge final : public TaskBridge {
@@ -168,7 +207,7 @@ class GazeBridge final : public TaskBridge {
   ~GazeBridge() override { close(); }
 
   Status open() {
-    const auto answer = [this](const yarp::Bottle& words) {
+    const auto answer = [this](const yarp::Bottle& words, const yarp::Incoming&) {
       auto reply = std::optional(words_.reply(words));
       goes_on_ = words_.has_target();
       return reply;
@@ -180,8 +219,8 @@ class GazeBridge final : public TaskBridge {
              {"/mono:i", "mono", "pixels to look at: left|right U V Z, or ... ver VERGENCE"},
              {"/stereo:i", "ster", "pixels to look at: UL VL UR VR"},
              {"/angles:i", "ang", "directions to look: abs|rel AZIMUTH ELEVATION VERGENCE"}}) {
-      const auto order = [this, name = std::string(end),
-                          what = std::string(kind)](const yarp::Bottle& words) {
+      const auto order = [this, name = std::string(end), what = std::string(kind)](const yarp::Bottle& words,
+                                                                                   const yarp::Incoming&) {
         refuse(name, words_.look(what, words));
         goes_on_ = words_.has_target();
         return std::optional<yarp::Bottle>();
@@ -218,16 +257,18 @@ Result<std::unique_ptr<Bridge>> opened(std::unique_ptr<Made> bridge) {
 }  // namespace
 
 Result<std::unique_ptr<Bridge>> bridge_task(BridgeContext& context, const std::string& service,
-                                            const std::string& gaze_stem) {
+                                            const TaskStems& stems) {
   constexpr std::string_view kCartesian = "/cartesian/";
   constexpr std::string_view kGaze = "/gaze/rpc:i";
-  if (const std::size_t at = service.find(kCartesian); at != std::string::npos && service.ends_with(kRpc)) {
+  if (const std::size_t at = service.find(kCartesian);
+      at != std::string::npos && service.ends_with(kRpc) && !stems.cartesian.empty()) {
     const std::size_t first = at + kCartesian.size();
     return opened(std::make_unique<CartesianBridge>(
-        context, service.substr(0, at), service.substr(first, service.size() - kRpc.size() - first)));
+        context, service.substr(0, at), service.substr(first, service.size() - kRpc.size() - first),
+        stems.cartesian));
   }
-  if (service.ends_with(kGaze) && !gaze_stem.empty()) {
-    return opened(std::make_unique<GazeBridge>(context, gaze_stem, service));
+  if (service.ends_with(kGaze) && !stems.gaze.empty()) {
+    return opened(std::make_unique<GazeBridge>(context, stems.gaze, service));
   }
   return std::unique_ptr<Bridge>();
 }

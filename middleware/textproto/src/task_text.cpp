@@ -191,7 +191,7 @@ class AskedCartesian final : public ICartesianControl {
   Result<CartesianState> state() const override {
     const Result<Values> words = answered(ask_, "get state");
     if (!words) return words.error();
-    const auto n = flat(*words, {0, 0, 7, 0, 0, 0, kChainJoints, 3, 3});
+    const auto n = flat(*words, {0, 0, 7, 0, 0, 0, kChainJoints, 3, 3, 0});
     if (!n) return strange();
     const Result<CartesianGoal> pose = goal_from(std::span(*n).subspan(2, 7));
     if (!pose) return strange();
@@ -205,6 +205,7 @@ class AskedCartesian final : public ICartesianControl {
     const std::size_t speed = 12 + kChainJoints;
     state.v_m_s = {(*n)[speed], (*n)[speed + 1], (*n)[speed + 2]};
     state.w_rad_s = kDegree_rad * Eigen::Vector3d((*n)[speed + 3], (*n)[speed + 4], (*n)[speed + 5]);
+    state.motion = static_cast<std::uint32_t>(std::clamp((*n)[speed + 6], 0.0, 4e9));
     return state;
   }
   Result<CartesianPlan> plan(const CartesianGoal& goal) const override {
@@ -225,11 +226,12 @@ class AskedCartesian final : public ICartesianControl {
     if (Status valid = check(goal); !valid) return valid;
     return ordered(ask_, fmt::format("go {} in {}", goal_words(goal), format_number(goal.duration_s)));
   }
-  Status go_on(const Eigen::Vector3d& v_m_s, const Eigen::Vector3d& w_rad_s) override {
-    if (!v_m_s.allFinite() || !w_rad_s.allFinite()) {
+  Status go_on(const Eigen::Vector3d& v_m_s, const Eigen::Vector3d& w_rad_s, double for_s) override {
+    if (!v_m_s.allFinite() || !w_rad_s.allFinite() || !std::isfinite(for_s)) {
       return Error{ErrorCode::kInvalidArgument, "a speed has finite numbers"};
     }
-    return ordered(ask_, "go on " + list(v_m_s) + " " + degrees(w_rad_s));
+    return ordered(ask_,
+                   fmt::format("go on {} {} for {}", list(v_m_s), degrees(w_rad_s), format_number(for_s)));
   }
   Status stop() override { return ordered(ask_, "stop"); }
   Result<Eigen::Isometry3d> X_RootLink(int joint_from_root) const override {
@@ -363,11 +365,12 @@ std::string cartesian_reply(ICartesianControl& hand, const std::string& line) {
   if (is(0, "get") && is(1, "state") && words.size() == 2) {
     const Result<CartesianState> state = hand.state();
     if (!state) return fail(state.error().message);
-    return fmt::format("[is] state {} {} {} {} {} {} {} {} {} [ok]",
+    return fmt::format("[is] state {} {} {} {} {} {} {} {} {} {} [ok]",
                        format_number(static_cast<double>(state->stamp_ns) * 1e-9), state->moving ? 1 : 0,
                        list(pose_numbers(state->X_RootPalm)), format_number(state->position_error_m),
                        format_number(state->turn_error_rad / kDegree_rad), format_number(state->progress),
-                       degrees(state->velocities_rad_s), list(state->v_m_s), degrees(state->w_rad_s));
+                       degrees(state->velocities_rad_s), list(state->v_m_s), degrees(state->w_rad_s),
+                       state->motion);
   }
   if (is(0, "get") && is(1, "link") && words.size() == 3) {
     const auto* joint = std::get_if<long long>(&words[2].content);
@@ -385,9 +388,13 @@ std::string cartesian_reply(ICartesianControl& hand, const std::string& line) {
   }
   if (is(0, "go") && is(1, "on")) {
     const auto n = flat({words.begin() + 2, words.end()}, {3, 3});
-    if (!n || words.size() != 4) return fail("go on (VX VY VZ) (WX WY WZ), m/s and degrees/s, is expected");
-    return outcome(
-        hand.go_on({(*n)[0], (*n)[1], (*n)[2]}, kDegree_rad * Eigen::Vector3d((*n)[3], (*n)[4], (*n)[5])));
+    const bool timed = words.size() == 6 && is(4, "for") && words[5].is_number();
+    if (!n || !(timed || words.size() == 4)) {
+      return fail("go on (VX VY VZ) (WX WY WZ) [for SECONDS], m/s and degrees/s, is expected");
+    }
+    return outcome(hand.go_on({(*n)[0], (*n)[1], (*n)[2]},
+                              kDegree_rad * Eigen::Vector3d((*n)[3], (*n)[4], (*n)[5]),
+                              timed ? words[5].number() : kTaskSpeedHolds_s));
   }
   if (is(0, "go") || is(0, "plan")) {
     const std::vector<double> numbers = numbers_from(words, 1);
@@ -407,7 +414,8 @@ std::string cartesian_reply(ICartesianControl& hand, const std::string& line) {
         format_number(plan->turn_error_rad / kDegree_rad), list(pose_numbers(plan->X_RootPalm)));
   }
   return fail(
-      "go X Y Z [QX QY QZ QW] [in SECONDS], go on (VX VY VZ) (WX WY WZ), plan X Y Z [QX QY QZ QW], get "
+      "go X Y Z [QX QY QZ QW] [in SECONDS], go on (VX VY VZ) (WX WY WZ) [for SECONDS], plan X Y Z [QX QY QZ "
+      "QW], get "
       "state, "
       "get link JOINT, get settings, set settings and stop are understood");
 }

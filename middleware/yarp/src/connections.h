@@ -90,6 +90,8 @@ class InConnection {
   [[nodiscard]] std::size_t held_bytes() const { return held_.bytes(); }
   // It has ended: what it kept counts no more.
   void let_go() { held_.set(0); }
+  // Expires when this ends.
+  [[nodiscard]] std::weak_ptr<const void> token() const { return token_; }
 
   const std::uint64_t id;
   const std::string peer;
@@ -122,6 +124,7 @@ class InConnection {
   Outgoing out_;
   SendQueue queue_;
   Held held_;
+  std::shared_ptr<const void> token_ = std::make_shared<int>(0);
   bool opened_ = false;
   bool busy_ = false;  // an event is being worked on
   bool handling_ = false;

@@ -97,6 +97,11 @@ class Host final : public PortHost, public ConnectionOwner, public AdminActions 
   void handle(InConnection& in, HostedPort& port, Refused& refused);
   void answer_message(std::uint64_t id, const std::optional<Bottle>& reply);
   void answer_names(InConnection& in, const Data& data);
+  std::string answer_line(const std::string& line, const std::string& peer);
+  static bool is_subscription(const Bottle& words) {
+    return words.size() >= 3 && words[0].is_word("subscribe") && words[1].is_text() && words[2].is_text();
+  }
+  Bottle subscribe(const Bottle& words);
   void answer_admin(std::uint64_t id, Bottle reply);
 
   EventLoop& loop_;

@@ -56,6 +56,7 @@ void Host::handle(InConnection& in, HostedPort& port, Data& data) {
   incoming.sender = in.sender;
   incoming.wants_reply = data.wants_reply;
   incoming.dialect = in.dialect;
+  if (in.stream.carrier() != Carrier::kUdp) incoming.connection = in.token();
   std::weak_ptr<Host*> alive = alive_;
   const bool wants_reply = data.wants_reply;
   // answered here and now, or later from another thread
@@ -162,7 +163,7 @@ void Host::handle(InConnection& in, HostedPort& port, NameRequest& request) {
     return in.finish(std::string(kEndOfAnswer) + "\r\n");
   }
   in.mark_opened();
-  in.answer(names_.answer(request.line, in.peer));
+  in.answer(answer_line(request.line, in.peer));
 }
 
 void Host::handle(InConnection& in, HostedPort& port, HttpRequest&) {
@@ -184,16 +185,42 @@ void Host::answer_message(std::uint64_t id, const std::optional<Bottle>& reply) 
 
 void Host::answer_names(InConnection& in, const Data& data) {
   if (is_text(in.stream.carrier())) {
-    std::string lines = names_.answer(data.bytes, in.peer);
+    const std::string lines = answer_line(data.bytes, in.peer);
     return in.answer(lines + in.stream.answer(std::nullopt, in.dialect));
   }
   Result<Decoded> request = decode_any(data.bytes, in.dialect);
   std::optional<Bottle> reply;
-  if (data.wants_reply) {
+  if (request && is_subscription(request->bottle)) {
+    reply = subscribe(request->bottle);
+  } else if (data.wants_reply) {
     reply = request ? names_.answer_bottle(request->bottle, in.peer)
                     : Bottle{Value::string("error"), Value::string(request.error().message)};
   }
   in.answer(in.stream.answer(reply, in.dialect));
+}
+
+std::string Host::answer_line(const std::string& line, const std::string& peer) {
+  const Result<Bottle> words = parse_bottle(line);
+  if (!words || !is_subscription(*words)) return names_.answer(line, peer);
+  return to_text(subscribe(*words)) + "\r\n" + std::string(kEndOfAnswer) + "\r\n";
+}
+
+// "subscribe FROM TO": a connection that the name server is to make, as YARP's programs ask when they follow
+// a clock. From an output here, once. "tcp://clock" is /clock.
+Bottle Host::subscribe(const Bottle& words) {
+  const auto name_of = [](const std::string& contact) {
+    const std::size_t colon = contact.find(":/");
+    return contact.substr(colon == std::string::npos ? 0 : contact.rfind('/', colon + 2));
+  };
+  const std::string output = name_of(words[1].text);
+  const std::string target = name_of(words[2].text);
+  if (!ports_.contains(output)) {
+    return {Value::word("fail"), Value::string(output + " is no output here")};
+  }
+  add_output(output, target, {}, [log = options_.log, output, target](const Status& status) {
+    if (!status) log(output + " to " + target + ": " + status.error().message);
+  });
+  return {Value::word("ok")};
 }
 
 void Host::answer_admin(std::uint64_t id, Bottle reply) {

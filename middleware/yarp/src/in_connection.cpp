@@ -63,6 +63,7 @@ bool InConnection::is_proven(std::string& bytes) {
 void InConnection::end(const std::string& reason) {
   if (ended_) return;
   ended_ = true;
+  token_.reset();
   if (fd_.is_open()) loop_.unwatch(fd_.get());
   fd_.reset();
   owner_.on_end(id, reason);

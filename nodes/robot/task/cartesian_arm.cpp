@@ -24,6 +24,7 @@ constexpr double kMostBehind_m = 0.005;  // of a speed that joints cannot follow
 constexpr double kMostBehind_rad = 0.05;
 constexpr double kMostSpeed_m_s = 2;
 constexpr double kMostTurn_rad_s = 10;
+constexpr double kLongestSpeed_s = 60;
 constexpr std::array<int, 3> kTorso = {0, 1, 2};
 constexpr std::array<int, 7> kArm = {0, 1, 2, 3, 4, 5, 6};
 
@@ -138,6 +139,7 @@ Result<CartesianState> CartesianArm::state() const {
   state.v_m_s = speed.head<3>();
   state.w_rad_s = speed.tail<3>();
   state.moving = motion_.has_value();
+  state.motion = motions_;
   state.progress = motion_ ? motion_->progress : progress_;
   if (goal_) {
     state.position_error_m = (goal_->X_RootPalm.translation() - state.X_RootPalm.translation()).norm();
@@ -239,27 +241,36 @@ Status CartesianArm::go_to(const CartesianGoal& goal) {
                           ? std::max(goal.duration_s, kPeakOfMinimumJerk * kShareOfTopSpeed * joints_s)
                           : std::max(kShortest_s, kPeakOfMinimumJerk * std::max(joints_s, hand_s));
   motion_ = motion;
+  ++motions_;
   goal_ = goal;
   return {};
 }
 
-Status CartesianArm::go_on(const Eigen::Vector3d& v_m_s, const Eigen::Vector3d& w_rad_s) {
+Status CartesianArm::go_on(const Eigen::Vector3d& v_m_s, const Eigen::Vector3d& w_rad_s, double for_s) {
   if (!(v_m_s.norm() <= kMostSpeed_m_s && w_rad_s.norm() <= kMostTurn_rad_s)) {
     return Error{ErrorCode::kInvalidArgument, fmt::format("a hand goes at most {} m/s and turns {} rad/s",
                                                           kMostSpeed_m_s, kMostTurn_rad_s)};
+  }
+  if (!(for_s > 0 && for_s <= kLongestSpeed_s)) {
+    return Error{ErrorCode::kInvalidArgument,
+                 fmt::format("a speed of the hand holds for up to {} s", kLongestSpeed_s)};
   }
   const auto now = read();
   if (!now) return now.error();
   const std::lock_guard lock(mutex_);
   const Eigen::VectorXd from_rad = motion_ ? motion_->sent_rad : now->q_rad;
   if (Status able = stream(from_rad); !able) return able;
-  const Eigen::Isometry3d X_RootStart = chain_.X_RootTip(from_rad);
-  CartesianGoal here;
-  here.X_RootPalm = X_RootStart;
-  Motion motion{here, X_RootStart, from_rad, from_rad, from_rad, clock_.now_ns()};
-  motion.speed.emplace() << v_m_s, w_rad_s;
-  motion_ = motion;
-  goal_.reset();
+  if (!motion_ || !motion_->speed) {
+    CartesianGoal here;
+    here.X_RootPalm = chain_.X_RootTip(from_rad);
+    motion_ = Motion{here, here.X_RootPalm, from_rad, from_rad, from_rad};
+    ++motions_;
+    goal_.reset();
+  }
+  // one that goes on already goes on from where it was to be
+  motion_->begin_ns = clock_.now_ns();
+  motion_->duration_s = for_s;
+  motion_->speed.emplace() << v_m_s, w_rad_s;
   return {};
 }
 
@@ -271,6 +282,7 @@ void CartesianArm::end_motion() {
 Status CartesianArm::stop() {
   const std::lock_guard lock(mutex_);
   end_motion();
+  ++motions_;
   if (Status stopped = arm_.stop(kArm); !stopped) return stopped;
   return torso_moves() ? torso_.stop(kTorso) : Status();
 }
@@ -294,6 +306,10 @@ Eigen::VectorXd CartesianArm::on_its_way(Motion& motion, std::int64_t now_ns, do
   ChainOptions way = options(motion.sent_rad);
   way.iterations = 10;
   way.starts = 1;
+  motion.progress =
+      std::clamp(static_cast<double>(now_ns - motion.begin_ns) * 1e-9 / motion.duration_s, 0.0, 1.0);
+  if (motion.progress >= 1 && motion.speed) motion.end_rad = motion.sent_rad;
+  if (motion.progress >= 1) return motion.end_rad;
   if (motion.speed) {
     // where the tip is to be goes on from where it was to be, so that no error adds up
     Eigen::Isometry3d& X = motion.goal.X_RootPalm;
@@ -305,15 +321,12 @@ Eigen::VectorXd CartesianArm::on_its_way(Motion& motion, std::int64_t now_ns, do
     place.X_RootTip = X;
     const ChainSolution found = solve_chain(chain_, place, motion.sent_rad, way);
     if (found.position_error_m > kMostBehind_m || found.turn_error_rad > kMostBehind_rad) {
-      motion.progress = 1;
+      motion.is_held_up = true;
       motion.end_rad = motion.sent_rad;
       return motion.sent_rad;
     }
     return found.q_rad;
   }
-  motion.progress =
-      std::clamp(static_cast<double>(now_ns - motion.begin_ns) * 1e-9 / motion.duration_s, 0.0, 1.0);
-  if (motion.progress >= 1) return motion.end_rad;
   // the hand's straight line; what it leaves free goes evenly from posture to posture, so that the line
   // ends in the planned one, also when it has led past a limit or a singularity
   const double s = minimum_jerk(motion.progress);
@@ -340,8 +353,8 @@ Status CartesianArm::step_to(std::int64_t now_ns) {
   const Eigen::VectorXd wanted = on_its_way(motion, now_ns, dt_s);
   const Eigen::VectorXd reach = chain_.velocity_rad_s() * dt_s;
   motion.sent_rad = wanted.cwiseMax(motion.sent_rad - reach).cwiseMin(motion.sent_rad + reach);
-  const bool arrived =
-      motion.progress >= 1 && (motion.end_rad - motion.sent_rad).cwiseAbs().maxCoeff() < kArrived_rad;
+  const bool arrived = (motion.progress >= 1 || motion.is_held_up) &&
+                       (motion.end_rad - motion.sent_rad).cwiseAbs().maxCoeff() < kArrived_rad;
   // a joint that takes no command ends the motion, not the robot
   const Status sent = arrived ? settle(motion.end_rad) : stream(motion.sent_rad);
   if (arrived || !sent) end_motion();

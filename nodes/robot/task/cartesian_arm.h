@@ -28,7 +28,7 @@ class CartesianArm final : public ICartesianControl, public ISteppable {
   [[nodiscard]] Result<CartesianState> state() const override;
   [[nodiscard]] Result<CartesianPlan> plan(const CartesianGoal& goal) const override;
   Status go_to(const CartesianGoal& goal) override;
-  Status go_on(const Eigen::Vector3d& v_m_s, const Eigen::Vector3d& w_rad_s) override;
+  Status go_on(const Eigen::Vector3d& v_m_s, const Eigen::Vector3d& w_rad_s, double for_s) override;
   Status stop() override;
   [[nodiscard]] Result<Eigen::Isometry3d> X_RootLink(int joint_from_root) const override;
   [[nodiscard]] Result<CartesianSettings> settings() const override;
@@ -45,7 +45,8 @@ class CartesianArm final : public ICartesianControl, public ISteppable {
     std::int64_t begin_ns = 0;
     double duration_s = 0;
     double progress = 0;
-    std::optional<Eigen::Matrix<double, 6, 1>> speed{};  // of the tip, m/s and rad/s: there is no end then
+    std::optional<Eigen::Matrix<double, 6, 1>> speed{};  // of the tip, m/s and rad/s, for duration_s
+    bool is_held_up = false;                             // the joints cannot follow this speed any further
   };
   // Joints of the chain.
   struct Posture {
@@ -77,6 +78,7 @@ class CartesianArm final : public ICartesianControl, public ISteppable {
   CartesianSettings settings_;
   std::optional<Motion> motion_;
   double progress_ = 1;                // of the last one
+  std::uint32_t motions_ = 0;          // begun so far
   std::optional<CartesianGoal> goal_;  // the last one
   std::int64_t stepped_ns_ = 0;
 };

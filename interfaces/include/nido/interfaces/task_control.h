@@ -37,10 +37,15 @@ struct CartesianState {
   bool moving = false;
   double position_error_m = 0;  // from the goal that was asked for last; 0 before the first
   double turn_error_rad = 0;
-  double progress = 1;  // 0..1: how much of the motion's time is over, or was when it was ended
+  // 0..1: how much of the motion's time is over, or was when it was ended: less than 1 when a speed came to a
+  // limit of the joints.
+  double progress = 1;
   std::vector<double> velocities_rad_s;               // of the chain's joints
   Eigen::Vector3d v_m_s = Eigen::Vector3d::Zero();    // of the tip, by these
   Eigen::Vector3d w_rad_s = Eigen::Vector3d::Zero();  // its turn
+  // Number of the motion, 0 before the first: every order begins a new one, except a speed that follows a
+  // speed.
+  std::uint32_t motion = 0;
 };
 
 // What moves and how. All joints of the chain in its order: torso (yaw, roll, pitch), arm.
@@ -54,6 +59,9 @@ struct CartesianSettings {
       Eigen::Isometry3d::Identity();  // what is brought to goals, in the palm's frame
 };
 
+// How long a speed of the hand holds that nobody repeats, unless a time is asked for.
+inline constexpr double kTaskSpeedHolds_s = 0.1;
+
 class ICartesianControl {
  public:
   virtual ~ICartesianControl() = default;
@@ -65,8 +73,11 @@ class ICartesianControl {
   // Replaces a motion under way. kFailed, with how near the best posture comes, when the goal is more than
   // 2 mm or 1 degree out of reach; nothing moves then.
   virtual Status go_to(const CartesianGoal& goal) = 0;
-  // The tip goes on at this speed: until another order, or until a joint's limit keeps it from following.
-  virtual Status go_on(const Eigen::Vector3d& v_m_s, const Eigen::Vector3d& w_rad_s) = 0;
+  // The tip goes on at this speed for so long of the robot's time, then the joints stay where they are: who
+  // wants more says it again in time, so that a hand whose commander is gone stops. Ends sooner with another
+  // order, or when a joint's limit keeps the tip from following. kInvalidArgument beyond 2 m/s, 10 rad/s, and
+  // for a time that is not 0 to 60 s.
+  virtual Status go_on(const Eigen::Vector3d& v_m_s, const Eigen::Vector3d& w_rad_s, double for_s) = 0;
   // The joints stay where they are.
   virtual Status stop() = 0;
   // Where the body behind a joint is, counted from the root (torso pitch, roll, yaw, then the arm): the frame

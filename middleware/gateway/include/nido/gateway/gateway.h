@@ -17,6 +17,8 @@ struct GatewayOptions {
   // stem of the ports of iCub's gaze controller, which nido's gaze stands behind; empty: a real one will have
   // them
   std::string gaze_stem = "/iKinGazeCtrl";
+  // the same of the controllers of its hands, behind the robot's name: /icubSim/cartesianController/right_arm
+  std::string cartesian_stem = "cartesianController";
 };
 
 // Shows every port of a nido system to YARP, as it comes and goes: outputs can be read, inputs written,
@@ -30,7 +32,7 @@ class Gateway {
 };
 
 // "host", "names_port", "names" (auto, serve, register), "first_port", "dialect" (3 or 4), "connections",
-// "secret_file", "gaze_stem".
+// "secret_file", "gaze_stem", "cartesian_stem".
 Result<GatewayOptions> gateway_options(Node& node);
 
 }  // namespace nido::gateway

@@ -40,6 +40,12 @@ class CartesianWords {
 
   // What came to PART/rpc:i, or to PART/command:i, where nobody hears the answer.
   yarp::Bottle reply(const yarp::Bottle& command);
+  // A speed holds until another order, as clients are used to. The device's own holds kTaskSpeedHolds_s: call
+  // this more often with each new state as long as who gave the speed is there, and let_go_of_speed() when
+  // not.
+  Status follow(const CartesianState& state);
+  void let_go_of_speed() { speed_.reset(); }
+  [[nodiscard]] bool keeps_speed() const { return speed_.has_value(); }
   // What PART/state:o says: x y z, axis, angle.
   [[nodiscard]] static yarp::Bottle pose_vector(const CartesianState& state);
   [[nodiscard]] MotionEvents& events() { return events_; }
@@ -61,6 +67,7 @@ class CartesianWords {
   yarp::Bottle get(const yarp::Bottle& command);
   yarp::Bottle set(const yarp::Bottle& command);
   yarp::Bottle go(const yarp::Bottle& command);
+  yarp::Bottle go_on(const yarp::Bottle& command);
   yarp::Bottle ask(const yarp::Bottle& command);
   yarp::Bottle desired(const CartesianGoal& goal);
   // The device's settings, those of `kept` among them.
@@ -73,6 +80,14 @@ class CartesianWords {
   std::map<int, Context> contexts_;
   int next_context_ = 0;               // 0 is what held before the first order
   std::optional<CartesianGoal> goal_;  // the last one
+  // that is held
+  struct Speed {
+    Eigen::Vector3d v_m_s;
+    Eigen::Vector3d w_rad_s;
+    std::uint32_t motion;  // the number of its motion
+  };
+  Status hold(const Eigen::Vector3d& v_m_s, const Eigen::Vector3d& w_rad_s);
+  std::optional<Speed> speed_;
   MotionEvents events_;
 };
 

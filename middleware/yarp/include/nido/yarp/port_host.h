@@ -43,6 +43,9 @@ struct Incoming {
   std::string sender;    // "/writer", "anon"
   bool wants_reply = false;
   Dialect dialect = Dialect::k3;  // that the sender spoke last
+  // As long as the connection is there: expires when the sender ends it or dies. Empty for datagrams, which
+  // tell nothing of it.
+  std::weak_ptr<const void> connection{};
   // Its content, whatever the notation. kInvalidArgument says what is wrong with it.
   [[nodiscard]] Result<Decoded> content() const;
   // To be called once, from any thread: the sender is not listened to before. Nothing: no reply.
