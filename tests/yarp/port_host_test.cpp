@@ -237,6 +237,23 @@ TEST_F(Ports, ServeNamesAtTheSameTime) {
   EXPECT_EQ(text.line(), "<ACK>\r\n");
 }
 
+TEST_F(Ports, TheNameServerMakesConnectionsThatAreAskedFor) {
+  PortSpec read;
+  read.name = "/follower";
+  read.takes = true;
+  read.on_message = [](Incoming incoming) { incoming.answer(std::nullopt); };
+  ports_.open(std::move(read));
+  Client names(ports_.names_port());
+  names.send("NAME_SERVER subscribe tcp://give /follower\n");
+  EXPECT_EQ(names.line(), "[ok]\r\n");
+  EXPECT_EQ(names.line(), "*** end of message\r\n");
+  wait_for_readers(1);
+  Client text(ports_.names_port());
+  ASSERT_TRUE(text.greet(Carrier::kTextAck, "x"));
+  text.send("d\r\nsubscribe /nobody /follower\r\n");
+  EXPECT_TRUE(text.line().starts_with("[fail]"));
+}
+
 TEST_F(Ports, ASenderThatComesAgainTakesItsFormerPlace) {
   Client first(echo_);
   ASSERT_TRUE(first.greet(Carrier::kTcp, "/same"));
