@@ -1,6 +1,6 @@
 // The contract of control in the space of the task, seen through the YARP protocol: DDS, gateway, sockets.
 
-#include "../robot/task_rig.h"
+#include "../robot/simulated_task_rig.h"
 #include "gateway_link.h"
 #include "nido/textproto/task_text.h"
 #include "nido/wrappers/task_wrappers.h"
@@ -9,11 +9,13 @@
 namespace nido::test {
 namespace {
 
-class FakeTasksOverYarp final : public FakeTaskRig {
+// The hand and the gaze of a family, seen from the other side.
+template <class Local>
+class TasksOverYarp final : public Local {
  public:
-  FakeTasksOverYarp() {
-    hand_server_ = required(serve_cartesian(link_.server(), link_.stem("arm"), FakeTaskRig::hand()));
-    gaze_server_ = required(serve_gaze(link_.server(), link_.stem("gaze"), FakeTaskRig::gaze()));
+  TasksOverYarp() {
+    hand_server_ = required(serve_cartesian(link_.server(), link_.stem("arm"), Local::hand()));
+    gaze_server_ = required(serve_gaze(link_.server(), link_.stem("gaze"), Local::gaze()));
     hand_ = asked_cartesian(line_to("arm/rpc:i"));
     gaze_ = asked_gaze(line_to("gaze/rpc:i"));
   }
@@ -39,7 +41,9 @@ class FakeTasksOverYarp final : public FakeTaskRig {
   std::unique_ptr<IGazeControl> gaze_;
 };
 INSTANTIATE_TEST_SUITE_P(FakeOverYarp, TaskContract,
-                         testing::Values([] { return std::make_unique<FakeTasksOverYarp>(); }));
+                         testing::Values([] { return std::make_unique<TasksOverYarp<FakeTaskRig>>(); }));
+INSTANTIATE_TEST_SUITE_P(SimulatedOverYarp, TaskContract,
+                         testing::Values([] { return std::make_unique<TasksOverYarp<SimulatedTaskRig>>(); }));
 
 }  // namespace
 }  // namespace nido::test

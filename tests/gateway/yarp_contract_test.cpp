@@ -4,10 +4,10 @@
 #include <future>
 
 #include "control_board_contract.h"
-#include "fake/fake_sensors.h"
 #include "gateway_link.h"
 #include "nido/wrappers/servers.h"
-#include "sensor_contracts.h"
+#include "sensor_rigs.h"
+#include "simulated_sensor_rigs.h"
 
 namespace nido::test {
 namespace {
@@ -24,6 +24,8 @@ auto open_meanwhile(const Open& open, const Advance& advance) {
   return required(opened.get());
 }
 
+// The board of a family, seen from the other side.
+template <class Local>
 class YarpBoardRig final : public ControlBoardRig {
  public:
   YarpBoardRig() {
@@ -68,18 +70,21 @@ class YarpBoardRig final : public ControlBoardRig {
     must_hold(server_->publish(local_.clock().now_ns()));
   }
   GatewayLink link_;
-  FakeRig local_;
+  Local local_;
   std::unique_ptr<IServer> server_;
   std::unique_ptr<IControlBoard> client_;
 };
 INSTANTIATE_TEST_SUITE_P(FakeOverYarp, ControlBoardContract,
-                         testing::Values([] { return std::make_unique<YarpBoardRig>(); }));
+                         testing::Values([] { return std::make_unique<YarpBoardRig<FakeRig>>(); }));
+INSTANTIATE_TEST_SUITE_P(SimulatedOverYarp, ControlBoardContract,
+                         testing::Values([] { return std::make_unique<YarpBoardRig<SimulatedRig>>(); }));
 
+template <class Local>
 class YarpCameraRig final : public CameraRig {
  public:
   YarpCameraRig() {
     server_ =
-        required(serve_camera(link_.server(), link_.stem("cam"), camera_,
+        required(serve_camera(link_.server(), link_.stem("cam"), local_.camera(),
                               {.period_ns = kPeriod_ns * 3, .latency_ns = kPeriod_ns, .frame_id = "eye"}));
     advance();
     for (const char* port : {"", "/rpc"}) link_.wait_for(link_.stem("cam") + port);
@@ -89,26 +94,30 @@ class YarpCameraRig final : public CameraRig {
   }
   ICamera& camera() override { return *client_; }
   void advance() override {
-    clock_.advance_ns(kPeriod_ns);
-    must_hold(server_->publish(clock_.now_ns()));
+    local_.advance();
+    must_hold(server_->publish(local_.clock().now_ns()));
   }
   bool eventually(const std::function<bool()>& condition) override { return patiently(condition); }
 
  private:
   GatewayLink link_;
-  ManualClock clock_;
-  FakeCamera camera_{{64, 48, 50, 50, 32, 24, {}}, clock_};
+  Local local_;
   std::unique_ptr<IServer> server_;
   std::unique_ptr<ICamera> client_;
 };
 INSTANTIATE_TEST_SUITE_P(FakeOverYarp, CameraContract,
-                         testing::Values([] { return std::make_unique<YarpCameraRig>(); }));
+                         testing::Values([] { return std::make_unique<YarpCameraRig<FakeCameraRig>>(); }));
+INSTANTIATE_TEST_SUITE_P(SimulatedOverYarp, CameraContract, testing::Values([] {
+                           return std::make_unique<YarpCameraRig<SimulatedCameraRig>>();
+                         }));
 
+template <class Local>
 class YarpTouchRig final : public TouchRig {
  public:
   YarpTouchRig() {
-    server_ = required(serve_touch(link_.server(), link_.stem("left_hand"), fake_, {kPeriod_ns, "hand"}));
-    must_hold(server_->publish(clock_.now_ns()));
+    server_ =
+        required(serve_touch(link_.server(), link_.stem("left_hand"), local_.touch(), {kPeriod_ns, "hand"}));
+    must_hold(server_->publish(local_.clock().now_ns()));
     link_.wait_for(link_.stem("left_hand_comp"));
     client_ = open_meanwhile(
         [this] {
@@ -122,27 +131,25 @@ class YarpTouchRig final : public TouchRig {
     step();
     wait_until([&] {
       const Result<TouchReading> reading = client_->read_touch();
-      return reading.ok() && reading->stamp_ns == clock_.now_ns();
+      return reading.ok() && reading->stamp_ns == local_.clock().now_ns();
     });
   }
-  bool press(int pad, bool pressed) override {
-    fake_.press(pad, pressed ? 1.5 : 0);
-    return true;
-  }
+  bool press(int pad, bool pressed) override { return local_.press(pad, pressed); }
 
  private:
   void step() {
-    clock_.advance_ns(kPeriod_ns);
-    must_hold(server_->publish(clock_.now_ns()));
+    local_.advance();
+    must_hold(server_->publish(local_.clock().now_ns()));
   }
   GatewayLink link_;
-  ManualClock clock_;
-  FakeTouch fake_{6, clock_};
+  Local local_;
   std::unique_ptr<IServer> server_;
   std::unique_ptr<ITouch> client_;
 };
 INSTANTIATE_TEST_SUITE_P(FakeOverYarp, TouchContract,
-                         testing::Values([] { return std::make_unique<YarpTouchRig>(); }));
+                         testing::Values([] { return std::make_unique<YarpTouchRig<FakeTouchRig>>(); }));
+INSTANTIATE_TEST_SUITE_P(SimulatedOverYarp, TouchContract,
+                         testing::Values([] { return std::make_unique<YarpTouchRig<SimulatedTouchRig>>(); }));
 
 TEST(WorldOverYarp, LinesAreAnsweredFromTheOtherSide) {
   GatewayLink link;

@@ -1,9 +1,7 @@
 // The contracts, run on the fake family.
 
 #include "control_board_contract.h"
-#include "fake/fake_sensors.h"
-#include "rigs.h"
-#include "sensor_contracts.h"
+#include "sensor_rigs.h"
 
 namespace nido::test {
 namespace {
@@ -16,31 +14,9 @@ INSTANTIATE_TEST_SUITE_P(FakeUnderLimits, ControlBoardContract, testing::Values(
                            return rig;
                          }));
 
-class FakeCameraRig final : public CameraRig {
- public:
-  ICamera& camera() override { return camera_; }
-  void advance() override { clock_.advance_ns(kPeriod_ns); }
-
- private:
-  ManualClock clock_;
-  FakeCamera camera_{{64, 48, 50, 50, 32, 24, {}}, clock_};
-};
 INSTANTIATE_TEST_SUITE_P(Fake, CameraContract,
                          testing::Values([] { return std::make_unique<FakeCameraRig>(); }));
 
-class FakeTouchRig final : public TouchRig {
- public:
-  ITouch& touch() override { return touch_; }
-  void advance() override { clock_.advance_ns(kPeriod_ns); }
-  bool press(int pad, bool pressed) override {
-    touch_.press(pad, pressed ? 2.5 : 0);
-    return true;
-  }
-
- private:
-  ManualClock clock_;
-  FakeTouch touch_{6, clock_};
-};
 INSTANTIATE_TEST_SUITE_P(Fake, TouchContract,
                          testing::Values([] { return std::make_unique<FakeTouchRig>(); }));
 

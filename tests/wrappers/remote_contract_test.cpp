@@ -8,19 +8,21 @@
 
 #include "audio/room_speaker.h"
 #include "control_board_contract.h"
-#include "fake/fake_sensors.h"
-#include "nido/simulator/devices/simulated_camera.h"
 #include "nido/wrappers/clients.h"
 #include "nido/wrappers/servers.h"
 #include "node_link.h"
-#include "sensor_contracts.h"
-#include "simulated_rig.h"
+#include "sensor_rigs.h"
+#include "simulated_sensor_rigs.h"
 #include "speaker_contract.h"
 
 namespace nido::test {
 namespace {
 
 constexpr int kDomain = 42;
+
+void must_hold(const Status& status) {
+  if (!status) throw std::runtime_error(status.error().message);
+}
 
 // Two nodes with names of their own, so that tests may run beside each other.
 class Link {
@@ -53,13 +55,10 @@ class RemoteRig final : public ControlBoardRig {
   }
   IControlBoard& board() override { return *client_; }
   void advance() override {
-    if (const Status taken = server_->take_commands(); !taken)
-      throw std::runtime_error(taken.error().message);
+    must_hold(server_->take_commands());
     local_.advance();
     const std::int64_t now_ns = local_.clock().now_ns();
-    if (const Status published = server_->publish(now_ns); !published) {
-      throw std::runtime_error(published.error().message);
-    }
+    must_hold(server_->publish(now_ns));
     wait_until([&] {
       const Result<JointReading> reading = client_->read_joints();
       return reading.ok() && reading->stamp_ns == now_ns;
@@ -80,23 +79,13 @@ INSTANTIATE_TEST_SUITE_P(FakeOverDds, ControlBoardContract,
 INSTANTIATE_TEST_SUITE_P(SimulatedOverDds, ControlBoardContract,
                          testing::Values([] { return std::make_unique<RemoteRig<SimulatedRig>>(); }));
 
-// A camera and its time, local or simulated, served.
-class RemoteCameraRig : public CameraRig {
+// The camera of a family, served.
+template <class Local>
+class RemoteCameraRig final : public CameraRig {
  public:
-  ICamera& camera() override { return *client_; }
-  void advance() override {
-    move_on();
-    const std::int64_t now_ns = clock().now_ns();
-    if (const Status published = server_->publish(now_ns); !published) {
-      throw std::runtime_error(published.error().message);
-    }
-  }
-  bool eventually(const std::function<bool()>& condition) override { return patiently(condition); }
-
- protected:
-  void open(ICamera& served) {
+  RemoteCameraRig() {
     server_ =
-        required(serve_camera(link_.server(), link_.remote("cam"), served,
+        required(serve_camera(link_.server(), link_.remote("cam"), local_.camera(),
                               {.period_ns = kPeriod_ns * 3, .latency_ns = kPeriod_ns, .frame_id = "eye"}));
     client_ = required(camera_client(link_.client(), link_.options("cam")));
     // pictures may be lost, by design: time goes on until the first has come
@@ -106,48 +95,24 @@ class RemoteCameraRig : public CameraRig {
       return client_->grab(image).ok() && client_->info().ok();
     });
   }
-  virtual void move_on() = 0;
-  virtual const IClock& clock() = 0;
+  ICamera& camera() override { return *client_; }
+  void advance() override {
+    local_.advance();
+    must_hold(server_->publish(local_.clock().now_ns()));
+  }
+  bool eventually(const std::function<bool()>& condition) override { return patiently(condition); }
 
  private:
   Link link_;
+  Local local_;
   std::unique_ptr<IServer> server_;
   std::unique_ptr<ICamera> client_;
 };
-
-class RemoteFakeCameraRig final : public RemoteCameraRig {
- public:
-  RemoteFakeCameraRig() { open(camera_); }
-
- protected:
-  void move_on() override { clock_.advance_ns(kPeriod_ns); }
-  const IClock& clock() override { return clock_; }
-
- private:
-  ManualClock clock_;
-  FakeCamera camera_{{64, 48, 50, 50, 32, 24, {}}, clock_};
-};
-
-class RemoteSimulatedCameraRig final : public RemoteCameraRig {
- public:
-  RemoteSimulatedCameraRig() { open(*camera_); }
-
- protected:
-  void move_on() override {
-    const Status stepped = robot_->step_to(robot_->now_ns() + kPeriod_ns);
-    if (!stepped) throw std::runtime_error(stepped.error().message);
-  }
-  const IClock& clock() override { return *robot_; }
-
- private:
-  std::shared_ptr<sim::SimulatedRobot> robot_ = simulated_robot();
-  std::unique_ptr<ICamera> camera_ = required(sim::SimulatedCamera::create(robot_, sim::Eye::kRight, {}));
-};
-
 INSTANTIATE_TEST_SUITE_P(FakeOverDds, CameraContract,
-                         testing::Values([] { return std::make_unique<RemoteFakeCameraRig>(); }));
-INSTANTIATE_TEST_SUITE_P(SimulatedOverDds, CameraContract,
-                         testing::Values([] { return std::make_unique<RemoteSimulatedCameraRig>(); }));
+                         testing::Values([] { return std::make_unique<RemoteCameraRig<FakeCameraRig>>(); }));
+INSTANTIATE_TEST_SUITE_P(SimulatedOverDds, CameraContract, testing::Values([] {
+                           return std::make_unique<RemoteCameraRig<SimulatedCameraRig>>();
+                         }));
 
 // Counts what a speaker took.
 class CountedSpeaker final : public IAudioRender {
@@ -196,38 +161,39 @@ class RemoteSpeakerRig final : public SpeakerRig {
 INSTANTIATE_TEST_SUITE_P(RoomOverDds, SpeakerContract,
                          testing::Values([] { return std::make_unique<RemoteSpeakerRig>(); }));
 
+// The hand of a family, served.
+template <class Local>
 class RemoteTouchRig final : public TouchRig {
  public:
   RemoteTouchRig() {
-    server_ = required(serve_touch(link_.server(), link_.remote("skin"), fake_, {kPeriod_ns, "hand"}));
+    server_ =
+        required(serve_touch(link_.server(), link_.remote("skin"), local_.touch(), {kPeriod_ns, "hand"}));
     client_ = required(touch_client(link_.client(), link_.options("skin")));
     advance();
   }
   ITouch& touch() override { return *client_; }
   void advance() override {
-    clock_.advance_ns(kPeriod_ns);
-    if (const Status published = server_->publish(clock_.now_ns()); !published) {
-      throw std::runtime_error(published.error().message);
-    }
+    local_.advance();
+    const std::int64_t now_ns = local_.clock().now_ns();
+    must_hold(server_->publish(now_ns));
     wait_until([&] {
       const Result<TouchReading> reading = client_->read_touch();
-      return reading.ok() && reading->stamp_ns == clock_.now_ns();
+      return reading.ok() && reading->stamp_ns == now_ns;
     });
   }
-  bool press(int pad, bool pressed) override {
-    fake_.press(pad, pressed ? 1.5 : 0);
-    return true;
-  }
+  bool press(int pad, bool pressed) override { return local_.press(pad, pressed); }
 
  private:
   Link link_;
-  ManualClock clock_;
-  FakeTouch fake_{6, clock_};
+  Local local_;
   std::unique_ptr<IServer> server_;
   std::unique_ptr<ITouch> client_;
 };
 INSTANTIATE_TEST_SUITE_P(FakeOverDds, TouchContract,
-                         testing::Values([] { return std::make_unique<RemoteTouchRig>(); }));
+                         testing::Values([] { return std::make_unique<RemoteTouchRig<FakeTouchRig>>(); }));
+INSTANTIATE_TEST_SUITE_P(SimulatedOverDds, TouchContract, testing::Values([] {
+                           return std::make_unique<RemoteTouchRig<SimulatedTouchRig>>();
+                         }));
 
 TEST(WorldOverDds, LinesAreAnsweredFromTheOtherSide) {
   Link link;

@@ -2,7 +2,7 @@
 
 #include <unistd.h>
 
-#include "../robot/task_rig.h"
+#include "../robot/simulated_task_rig.h"
 #include "nido/wrappers/task_wrappers.h"
 #include "node_link.h"
 #include "task_contracts.h"
@@ -12,7 +12,9 @@ namespace {
 
 constexpr int kDomain = 42;
 
-class FakeTasksOverDds final : public FakeTaskRig {
+// The hand and the gaze of a family, served.
+template <class Local>
+class TasksOverDds final : public Local {
  public:
   ICartesianControl& hand() override { return *hand_; }
   IGazeControl& gaze() override { return *gaze_; }
@@ -22,16 +24,17 @@ class FakeTasksOverDds final : public FakeTaskRig {
   std::unique_ptr<Node> server_ = make_test_node("server" + id_, kDomain);
   std::unique_ptr<Node> client_ = make_test_node("client" + id_, kDomain);
   std::unique_ptr<IServer> hand_server_ =
-      required(serve_cartesian(*server_, "/t" + id_ + "/arm", FakeTaskRig::hand()));
-  std::unique_ptr<IServer> gaze_server_ =
-      required(serve_gaze(*server_, "/t" + id_ + "/gaze", FakeTaskRig::gaze()));
+      required(serve_cartesian(*server_, "/t" + id_ + "/arm", Local::hand()));
+  std::unique_ptr<IServer> gaze_server_ = required(serve_gaze(*server_, "/t" + id_ + "/gaze", Local::gaze()));
   std::unique_ptr<ICartesianControl> hand_ =
       required(cartesian_client(*client_, {"/t" + id_ + "/arm", "", kPatience_s}));
   std::unique_ptr<IGazeControl> gaze_ =
       required(gaze_client(*client_, {"/t" + id_ + "/gaze", "", kPatience_s}));
 };
 INSTANTIATE_TEST_SUITE_P(FakeOverDds, TaskContract,
-                         testing::Values([] { return std::make_unique<FakeTasksOverDds>(); }));
+                         testing::Values([] { return std::make_unique<TasksOverDds<FakeTaskRig>>(); }));
+INSTANTIATE_TEST_SUITE_P(SimulatedOverDds, TaskContract,
+                         testing::Values([] { return std::make_unique<TasksOverDds<SimulatedTaskRig>>(); }));
 
 }  // namespace
 }  // namespace nido::test
