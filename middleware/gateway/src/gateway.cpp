@@ -66,19 +66,16 @@ class GatewayImpl final : public Gateway {
         continue;
       }
       bridges_[name].push_back(std::move(*bridge));
-      if (port.direction == "service") {
-        Result<std::unique_ptr<Bridge>> task = bridge_task(*context_, name, stems_);
-        if (!task) node_.log_warning(fmt::format("{}: {}", name, task.error().message));
-        if (task && *task) bridges_[name].push_back(std::move(*task));
-      }
-      if (port.type == "sensor_msgs/msg/Imu" && port.direction == "output" &&
-          name.ends_with(kInertialOutput)) {
-        Result<std::unique_ptr<Bridge>> inertial = bridge_inertial(*context_, port);
-        if (inertial) bridges_[name].push_back(std::move(*inertial));
-      }
-      if (port.type != "sensor_msgs/msg/CameraInfo" || port.direction != "output") continue;
-      Result<std::unique_ptr<Bridge>> camera = bridge_camera(*context_, port);
-      if (camera) bridges_[name].push_back(std::move(*camera));
+      // what YARP's programs expect besides, where it applies
+      const auto add = [&](Result<std::unique_ptr<Bridge>> more) {
+        if (!more) node_.log_warning(fmt::format("{}: {}", name, more.error().message));
+        if (more && *more) bridges_[name].push_back(std::move(*more));
+      };
+      if (port.direction == "service") add(bridge_task(*context_, name, stems_));
+      if (port.direction != "output") continue;
+      if (port.type == "sensor_msgs/msg/Imu" && name.ends_with(kInertialOutput))
+        add(bridge_inertial(*context_, port));
+      if (port.type == "sensor_msgs/msg/CameraInfo") add(bridge_camera(*context_, port));
     }
   }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <functional>
 #include <set>
 
 #include "nido/interfaces/check_joints.h"
@@ -12,6 +13,13 @@ namespace {
 
 Error lacks(const char* what) {
   return {ErrorCode::kUnsupported, std::string("a board that this one is made of ") + what};
+}
+
+template <class Reading>
+std::int64_t oldest_ns(const std::vector<Reading>& readings) {
+  return std::min_element(readings.begin(), readings.end(),
+                          [](const auto& a, const auto& b) { return a.stamp_ns < b.stamp_ns; })
+      ->stamp_ns;
 }
 
 }  // namespace
@@ -43,7 +51,7 @@ template <class T, class Read>
 Result<std::vector<T>> JoinedBoard::readings(Read read) const {
   std::vector<T> all;
   for (const IControlBoard* board : boards_) {
-    Result<T> one = read(*board);
+    Result<T> one = std::invoke(read, *board);
     if (!one) return one.error();
     all.push_back(std::move(*one));
   }
@@ -97,7 +105,7 @@ Status JoinedBoard::split_values(std::span<const int> joints, std::span<const T>
       joints, [&](IControlBoard& board, const std::vector<int>& own, const std::vector<std::size_t>& places) {
         std::vector<T> part;
         for (const std::size_t place : places) part.push_back(values[place]);
-        Status one = command(board, std::span<const int>(own), std::span<const T>(part));
+        Status one = std::invoke(command, board, std::span<const int>(own), std::span<const T>(part));
         if (one) taken.emplace_back(&board, own);
         return one;
       });
@@ -116,12 +124,10 @@ Result<std::string> JoinedBoard::axis_name(int joint) const {
 }
 
 Result<JointReading> JoinedBoard::read_joints() const {
-  const auto all = readings<JointReading>([](const IControlBoard& board) { return board.read_joints(); });
+  const auto all = readings<JointReading>(&IControlBoard::read_joints);
   if (!all) return all.error();
   JointReading reading;
-  reading.stamp_ns = std::min_element(all->begin(), all->end(), [](const auto& a, const auto& b) {
-                       return a.stamp_ns < b.stamp_ns;
-                     })->stamp_ns;
+  reading.stamp_ns = oldest_ns(*all);
   reading.position_rad = picked(*all, &JointReading::position_rad);
   reading.velocity_rad_s = picked(*all, &JointReading::velocity_rad_s);
   reading.acceleration_rad_s2 = picked(*all, &JointReading::acceleration_rad_s2);
@@ -130,37 +136,37 @@ Result<JointReading> JoinedBoard::read_joints() const {
 }
 
 Result<std::vector<JointLimits>> JoinedBoard::limits() const {
-  return gathered<JointLimits>([](const IControlBoard& board) { return board.limits(); });
+  return gathered<JointLimits>(&IControlBoard::limits);
 }
 Result<std::vector<ControlMode>> JoinedBoard::control_modes() const {
-  return gathered<ControlMode>([](const IControlBoard& board) { return board.control_modes(); });
+  return gathered<ControlMode>(&IControlBoard::control_modes);
 }
 Result<std::vector<double>> JoinedBoard::target_positions() const {
-  return gathered<double>([](const IControlBoard& board) { return board.target_positions(); });
+  return gathered<double>(&IControlBoard::target_positions);
 }
 Result<std::vector<double>> JoinedBoard::reference_speeds() const {
-  return gathered<double>([](const IControlBoard& board) { return board.reference_speeds(); });
+  return gathered<double>(&IControlBoard::reference_speeds);
 }
 Result<std::vector<double>> JoinedBoard::reference_accelerations() const {
-  return gathered<double>([](const IControlBoard& board) { return board.reference_accelerations(); });
+  return gathered<double>(&IControlBoard::reference_accelerations);
 }
 Result<std::vector<bool>> JoinedBoard::motion_done() const {
-  return gathered<bool>([](const IControlBoard& board) { return board.motion_done(); });
+  return gathered<bool>(&IControlBoard::motion_done);
 }
 Result<std::vector<bool>> JoinedBoard::amplifiers_on() const {
-  return gathered<bool>([](const IControlBoard& board) { return board.amplifiers_on(); });
+  return gathered<bool>(&IControlBoard::amplifiers_on);
 }
 Result<std::vector<Pid>> JoinedBoard::pids(PidLoop loop) const {
   return gathered<Pid>([loop](const IControlBoard& board) { return board.pids(loop); });
 }
 Result<std::vector<InteractionMode>> JoinedBoard::interaction_modes() const {
-  return gathered<InteractionMode>([](const IControlBoard& board) { return board.interaction_modes(); });
+  return gathered<InteractionMode>(&IControlBoard::interaction_modes);
 }
 Result<std::vector<Impedance>> JoinedBoard::impedances() const {
-  return gathered<Impedance>([](const IControlBoard& board) { return board.impedances(); });
+  return gathered<Impedance>(&IControlBoard::impedances);
 }
 Result<std::vector<bool>> JoinedBoard::calibrated() const {
-  return gathered<bool>([](const IControlBoard& board) { return board.calibrated(); });
+  return gathered<bool>(&IControlBoard::calibrated);
 }
 
 Status JoinedBoard::set_control_mode(std::span<const int> joints, ControlMode mode) {
@@ -181,45 +187,32 @@ Status JoinedBoard::stop(std::span<const int> joints) {
 }
 Status JoinedBoard::move_to(std::span<const int> joints, std::span<const double> target_rad) {
   if (Status valid = check_joint_values(axes(), joints, target_rad); !valid) return valid;
-  return split_values(joints, target_rad, true,
-                      [](IControlBoard& board, auto own, auto values) { return board.move_to(own, values); });
+  return split_values(joints, target_rad, true, &IControlBoard::move_to);
 }
 Status JoinedBoard::set_positions(std::span<const int> joints, std::span<const double> target_rad) {
   if (Status valid = check_joint_values(axes(), joints, target_rad); !valid) return valid;
-  return split_values(joints, target_rad, true, [](IControlBoard& board, auto own, auto values) {
-    return board.set_positions(own, values);
-  });
+  return split_values(joints, target_rad, true, &IControlBoard::set_positions);
 }
 Status JoinedBoard::set_velocities(std::span<const int> joints, std::span<const double> velocity_rad_s) {
   if (Status valid = check_joint_values(axes(), joints, velocity_rad_s); !valid) return valid;
-  return split_values(joints, velocity_rad_s, true, [](IControlBoard& board, auto own, auto values) {
-    return board.set_velocities(own, values);
-  });
+  return split_values(joints, velocity_rad_s, true, &IControlBoard::set_velocities);
 }
 Status JoinedBoard::set_torques(std::span<const int> joints, std::span<const double> torque_Nm) {
   if (Status valid = check_joint_values(axes(), joints, torque_Nm); !valid) return valid;
-  return split_values(joints, torque_Nm, true, [](IControlBoard& board, auto own, auto values) {
-    return board.set_torques(own, values);
-  });
+  return split_values(joints, torque_Nm, true, &IControlBoard::set_torques);
 }
 Status JoinedBoard::set_duty_cycles(std::span<const int> joints, std::span<const double> duty_cycle) {
   if (Status valid = check_joint_values(axes(), joints, duty_cycle); !valid) return valid;
-  return split_values(joints, duty_cycle, true, [](IControlBoard& board, auto own, auto values) {
-    return board.set_duty_cycles(own, values);
-  });
+  return split_values(joints, duty_cycle, true, &IControlBoard::set_duty_cycles);
 }
 Status JoinedBoard::set_reference_speeds(std::span<const int> joints, std::span<const double> speed_rad_s) {
   if (Status valid = check_joint_magnitudes(axes(), joints, speed_rad_s); !valid) return valid;
-  return split_values(joints, speed_rad_s, false, [](IControlBoard& board, auto own, auto values) {
-    return board.set_reference_speeds(own, values);
-  });
+  return split_values(joints, speed_rad_s, false, &IControlBoard::set_reference_speeds);
 }
 Status JoinedBoard::set_reference_accelerations(std::span<const int> joints,
                                                 std::span<const double> acceleration_rad_s2) {
   if (Status valid = check_joint_magnitudes(axes(), joints, acceleration_rad_s2); !valid) return valid;
-  return split_values(joints, acceleration_rad_s2, false, [](IControlBoard& board, auto own, auto values) {
-    return board.set_reference_accelerations(own, values);
-  });
+  return split_values(joints, acceleration_rad_s2, false, &IControlBoard::set_reference_accelerations);
 }
 Status JoinedBoard::set_pids(PidLoop loop, std::span<const int> joints, std::span<const Pid> pids) {
   if (Status valid = check_pids(axes(), joints, pids); !valid) return valid;
@@ -235,9 +228,7 @@ Status JoinedBoard::set_interaction_mode(std::span<const int> joints, Interactio
 }
 Status JoinedBoard::set_impedances(std::span<const int> joints, std::span<const Impedance> impedances) {
   if (Status valid = check_impedances(axes(), joints, impedances); !valid) return valid;
-  return split_values(joints, impedances, false, [](IControlBoard& board, auto own, auto values) {
-    return board.set_impedances(own, values);
-  });
+  return split_values(joints, impedances, false, &IControlBoard::set_impedances);
 }
 Status JoinedBoard::calibrate(std::span<const int> joints) {
   if (Status valid = check_joints(axes(), joints); !valid) return valid;
@@ -250,12 +241,10 @@ Status JoinedBoard::home(std::span<const int> joints) {
 }
 
 Result<MotorReading> JoinedBoard::read_motors() const {
-  const auto all = readings<MotorReading>([](const IControlBoard& board) { return board.read_motors(); });
+  const auto all = readings<MotorReading>(&IControlBoard::read_motors);
   if (!all) return all.error();
   MotorReading reading;
-  reading.stamp_ns = std::min_element(all->begin(), all->end(), [](const auto& a, const auto& b) {
-                       return a.stamp_ns < b.stamp_ns;
-                     })->stamp_ns;
+  reading.stamp_ns = oldest_ns(*all);
   for (const auto list :
        {&MotorReading::position_rad, &MotorReading::velocity_rad_s, &MotorReading::acceleration_rad_s2,
         &MotorReading::duty_cycle, &MotorReading::current_A, &MotorReading::temperature_C}) {
