@@ -16,13 +16,16 @@ using SampleId = eprosima::fastrtps::rtps::SampleIdentity;
 // The DDS qualities of an endpoint that this project uses.
 struct Quality {
   bool reliable = true;
+  // What is not reliable: sent again to other computers as long as it is among the newest.
+  bool repaired = false;
   bool transient_local = false;
   bool keep_all = false;
   int depth = 1;
   std::string profile;  // told to others; empty for internal endpoints
 
   // `lockstep`: a barrier can wait only for what is sure to arrive, so everything is reliable then.
-  static Quality of(Profile profile, std::size_t depth, bool is_writer, bool lockstep);
+  // `repairs_pictures`: as the network file says.
+  static Quality of(Profile profile, std::size_t depth, bool is_writer, bool lockstep, bool repairs_pictures);
 };
 
 // The same in the words of DDS.

@@ -291,13 +291,13 @@ bool InputPort::wait_for_sources(std::size_t count, double timeout_s) {
 }
 
 EndpointInfo InputPort::own_info() const {
-  const Quality quality = Quality::of(profile_, depth_, false, lockstep_);
+  const Quality quality = Quality::of(profile_, depth_, false, lockstep_, participant_->repairs_pictures());
   EndpointInfo info;
   info.dds_type = type_.dds_name;
   info.node = participant_->node_name();
   info.port = name_;
   info.profile = quality.profile;
-  info.reliable = quality.reliable;
+  info.reliable = quality.reliable || quality.repaired;
   info.transient_local = quality.transient_local;
   return info;
 }
@@ -324,8 +324,9 @@ Status InputPort::connect(const std::string& output_name) {
     const std::lock_guard lock(mutex_);
     connections_[output_name] = std::move(fresh);
   }
-  auto reader = Reader::open(participant_, topic_of(output_name), type_,
-                             Quality::of(profile_, depth_, false, lockstep_), name_, connection);
+  auto reader = Reader::open(
+      participant_, topic_of(output_name), type_,
+      Quality::of(profile_, depth_, false, lockstep_, participant_->repairs_pictures()), name_, connection);
   if (!reader) {
     const std::lock_guard lock(mutex_);
     connections_.erase(output_name);

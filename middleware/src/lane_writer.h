@@ -48,7 +48,8 @@ class LaneWriter : public std::enable_shared_from_this<LaneWriter> {
   };
   // Only keep_all waits for room, up to 0.2 s.
   Sent write(const void* message, const Related* related);
-  // A place for a message of that many bytes, already serialized, and its sending.
+  // A place for a message of that many bytes, already serialized, and its sending, after which it can be read
+  // there until the next loan() or write().
   std::uint8_t* loan(std::size_t bytes);
   Sent write_loan(std::size_t bytes);
   [[nodiscard]] std::span<const std::uint8_t> loaned() const;

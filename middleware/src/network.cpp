@@ -130,6 +130,8 @@ Result<NetworkSettings> read_network_settings(const std::string& file) {
       } else if (key == "largest_packet_bytes") {
         packet = value;
         status = read_number(file, value, key, 1000, kLargestPacket_bytes, settings.largest_packet_bytes);
+      } else if (key == "repair_pictures") {
+        settings.repair_pictures = value.as<bool>();
       } else if (key == "security") {
         has_security = true;
         const auto folder = value.as<std::string>();
@@ -138,7 +140,7 @@ Result<NetworkSettings> read_network_settings(const std::string& file) {
         status = refuse(file, entry.first,
                         "'" + key +
                             "' is not allowed; there are interface, peers, security, processes_per_computer, "
-                            "largest_packet_bytes");
+                            "largest_packet_bytes, repair_pictures");
       }
       if (!status) {
         return status.error();

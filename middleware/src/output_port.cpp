@@ -49,7 +49,7 @@ Result<std::unique_ptr<RawOutput>> OutputPort::open(std::shared_ptr<Participant>
     return lock.error();
   }
   self->lock_ = std::move(lock).value();
-  const Quality quality = Quality::of(profile, depth, true, lockstep);
+  const Quality quality = Quality::of(profile, depth, true, lockstep, self->participant_->repairs_pictures());
   if (lockstep && !quality.keep_all) {
     self->room_ = static_cast<std::uint64_t>(quality.depth) / 2;
   }

@@ -163,6 +163,8 @@ Result<std::shared_ptr<Participant>> Participant::join(int domain, const std::st
     }
   }
   std::shared_ptr<Participant> self(new Participant(domain, node_name));
+  self->is_on_network_ = network->has_value();
+  self->repairs_pictures_ = *network && (*network)->repair_pictures;
   self->participant_ = dds::DomainParticipantFactory::get_instance()->create_participant(
       static_cast<dds::DomainId_t>(domain), qos, self->listener_.get(), dds::StatusMask::none());
   if (self->participant_ == nullptr) {

@@ -57,6 +57,10 @@ class Participant {
   [[nodiscard]] dds::Publisher* publisher() const { return publisher_; }
   [[nodiscard]] dds::Subscriber* subscriber() const { return subscriber_; }
 
+  // As the network file says (network.h).
+  [[nodiscard]] bool is_on_network() const { return is_on_network_; }
+  [[nodiscard]] bool repairs_pictures() const { return repairs_pictures_; }
+
   // Every endpoint known in the domain, own ones too.
   [[nodiscard]] std::optional<EndpointInfo> endpoint(const Guid& guid) const;
   [[nodiscard]] std::vector<std::pair<Guid, EndpointInfo>> writers_of(const std::string& topic) const;
@@ -94,6 +98,8 @@ class Participant {
 
   const int domain_;
   const std::string node_name_;
+  bool is_on_network_ = false;
+  bool repairs_pictures_ = false;
   std::unique_ptr<Listener> listener_;
   dds::DomainParticipant* participant_ = nullptr;
   dds::Publisher* publisher_ = nullptr;

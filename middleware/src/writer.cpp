@@ -9,7 +9,6 @@
 
 #include "lane_writer.h"
 #include "latest_sender.h"
-#include "nido/middleware/network.h"
 
 namespace nido {
 
@@ -26,11 +25,6 @@ bool deserialize(const dds::TypeSupport& support, std::span<const std::uint8_t> 
   const bool is_whole = support->deserialize(&serialized, message);
   serialized.data = nullptr;
   return is_whole;
-}
-
-bool is_on_network() {
-  const auto network = network_settings_from_environment();
-  return network.ok() && network->has_value();
 }
 
 }  // namespace
@@ -225,7 +219,8 @@ Result<std::unique_ptr<Writer>> Writer::open(std::shared_ptr<Participant> partic
   // a message that was lost is asked for again soon, not after the default of three seconds; commands, which
   // are small and wait for each other, sooner still, and again before the answer can be here, as that may be
   // lost, too
-  qos.reliable_writer_qos().times.heartbeatPeriod = {0, quality.keep_all ? 10'000'000U : 50'000'000U};
+  qos.reliable_writer_qos().times.heartbeatPeriod = {
+      0, quality.keep_all ? 10'000'000U : (quality.repaired ? 20'000'000U : 50'000'000U)};
   qos.reliable_writer_qos().times.nackResponseDelay = {0, 1'000'000};
   qos.user_data() = own_user_data(*self->participant_, type, quality, port_name);
   const dds::TypeSupport support(type.make_support());
@@ -249,7 +244,7 @@ Result<std::unique_ptr<Writer>> Writer::open(std::shared_ptr<Participant> partic
   self->lane_ = std::make_shared<LaneWriter>(lanes->sending(), self->guid_, settings, support,
                                              [listener = self->listener_] { listener->notify(); });
   self->listener_->set_ends(self->writer_, self->lane_);
-  if (!quality.reliable && is_on_network()) {
+  if (!quality.reliable && self->participant_->is_on_network()) {
     self->far_sender_ = std::make_unique<LatestSender>(
         [listener = self->listener_](std::span<const std::uint8_t> payload, std::uint64_t sequence) {
           listener->write_payload_by_dds(payload, sequence);
@@ -313,9 +308,12 @@ Sent Writer::write_loan(std::size_t bytes) {
   }
   const auto payload = lane_->loaned().first(bytes);
   if (far_sender_) {
-    // the place is the lanes' again once they have sent it
-    far_sender_->post(payload, lane_->written() + 1);
-    return lane_->write_loan(bytes);
+    // numbered as the lanes number it, and only if they do: its place stays as it is until the next loan
+    const Sent sent = lane_->write_loan(bytes);
+    if (sent == Sent::kYes) {
+      far_sender_->post(payload, lane_->written());
+    }
+    return sent;
   }
   // others get it the usual way
   void* const message = support_->createData();

@@ -76,6 +76,7 @@ class ChildProcess {
       }
       const ssize_t length = read(out_, buffer, sizeof buffer);
       if (length <= 0) {
+        has_closed_ = true;
         return "(none)";
       }
       pending_.append(buffer, static_cast<std::size_t>(length));
@@ -85,17 +86,30 @@ class ChildProcess {
   // Its wait status, which is -1 if it does not end in time.
   int wait_for_end(double timeout_s = 30.0) {
     line_with("\x01 no such line: reads to the end", timeout_s);
-    int status = -1;
     // output closes with the process
-    if (waitpid(pid_, &status, 0) == pid_) {
-      pid_ = -1;
-    }
-    return status;
+    reap(0);
+    return status_;
+  }
+  // For messages of failures: whether it goes on, or how it ended.
+  std::string fate() {
+    reap(has_closed_ ? 0 : WNOHANG);
+    return pid_ > 0             ? "its child goes on"
+           : WIFEXITED(status_) ? "its child had ended with exit code " + std::to_string(WEXITSTATUS(status_))
+           : WIFSIGNALED(status_) ? "its child was ended by signal " + std::to_string(WTERMSIG(status_))
+                                  : "its child had ended";
   }
   [[nodiscard]] const std::string& seen() const { return seen_; }
 
  private:
+  void reap(int options) {
+    if (pid_ > 0 && waitpid(pid_, &status_, options) == pid_) {
+      pid_ = -1;
+    }
+  }
+
   pid_t pid_ = -1;
+  int status_ = -1;          // as wait gives it, once it has ended
+  bool has_closed_ = false;  // its output
   int in_ = -1;
   int out_ = -1;
   std::string pending_;

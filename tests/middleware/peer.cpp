@@ -16,6 +16,7 @@
 
 #include "even_text.h"
 #include "nido/middleware/direct_port.h"
+#include "nido/middleware/image_port.h"
 #include "nido/middleware/node.h"
 #include "nido/middleware/typed_port.h"
 
@@ -223,6 +224,25 @@ std::int64_t steady_ns() {
       .count();
 }
 
+// A picture in which each byte is the same.
+constexpr std::uint32_t kPictureWidth_px = 320;
+constexpr std::uint32_t kPictureHeight_px = 240;
+
+Status write_picture(ImageOutput& eye, int number) {
+  auto place = eye.begin({kPictureWidth_px, kPictureHeight_px, kPictureWidth_px * 3, "rgb8", "eye"}, Time{});
+  if (!place) {
+    return place.error();
+  }
+  std::fill(place->begin(), place->end(), static_cast<std::uint8_t>(number));
+  return eye.send();
+}
+
+bool is_whole(const msgs::Image& picture) {
+  const auto& data = picture.data();
+  return data.size() == std::size_t{kPictureWidth_px} * kPictureHeight_px * 3 &&
+         std::all_of(data.begin(), data.end(), [&](std::uint8_t byte) { return byte == data.front(); });
+}
+
 std::string camera_port(int camera) { return "/giver/camera" + std::to_string(camera) + ":o"; }
 
 // Writes `count` numbered commands, each with the time when it was due, when it reads "go"; and, as a robot
@@ -234,20 +254,18 @@ Status giver(Node& node) {
   if (!out || !count || !cameras) {
     return Error{ErrorCode::kFailed, "cannot begin"};
   }
-  std::vector<std::unique_ptr<Output<msgs::Image>>> eyes;
+  std::vector<std::unique_ptr<ImageOutput>> eyes;
   for (int camera = 0; camera < *cameras; ++camera) {
-    auto eye = node.open_output<msgs::Image>(camera_port(camera), Profile::kSensor);
+    auto eye = ImageOutput::open(node, camera_port(camera));
     if (!eye) {
       return eye.error();
     }
     eyes.push_back(std::move(*eye));
   }
-  msgs::Image picture;
-  picture.data().resize(320 * 240 * 3);
   node.set_ready();
   bool all = (*out)->wait_for_readers(1, 30.0);
   for (const auto& eye : eyes) {
-    all = all && eye->wait_for_readers(1, 30.0);
+    all = all && eye->port().wait_for_readers(1, 30.0);
   }
   say(all ? "CONNECTED" : "ALONE");
   std::string line;
@@ -257,7 +275,7 @@ Status giver(Node& node) {
     const std::int64_t due_ns = steady_ns();
     if (i % 16 == 1) {
       for (const auto& eye : eyes) {
-        (void)eye->write(picture);
+        (void)write_picture(*eye, i / 16);
       }
       longest_ms = std::max(longest_ms, static_cast<double>(steady_ns() - due_ns) * 1e-6);
     }
@@ -271,12 +289,14 @@ Status giver(Node& node) {
   return {};
 }
 
-// Takes as many, says whether they came once each and in order, and how long they took.
+// Takes as many, and at least so many `pictures`; says whether they came once each and in order, and how long
+// they took.
 Status taker(Node& node) {
   auto in = node.open_input<msgs::String>("/taker/command:i", Profile::kCommand);
   const auto count = node.parameter<int>("count", 1000);
   const auto cameras = node.parameter<int>("cameras", 0);
-  if (!in || !count || !cameras) {
+  const auto least_pictures = node.parameter<int>("pictures", 0);
+  if (!in || !count || !cameras || !least_pictures) {
     return Error{ErrorCode::kFailed, "cannot begin"};
   }
   std::vector<std::unique_ptr<Input<msgs::Image>>> eyes;
@@ -299,8 +319,13 @@ Status taker(Node& node) {
   std::vector<double> delays_ms;
   bool in_order = true;
   int pictures = 0;
-  while (static_cast<int>(delays_ms.size()) < *count && (*in)->wait_for_message(30.0)) {
-    while (const auto message = (*in)->take()) {
+  int broken = 0;
+  const auto is_done = [&] {
+    return static_cast<int>(delays_ms.size()) >= *count && pictures >= *least_pictures;
+  };
+  while (!is_done() && (*in)->wait_for_message(30.0)) {
+    for (auto message = (*in)->take(); message && static_cast<int>(delays_ms.size()) < *count;
+         message = (*in)->take()) {
       std::istringstream text(message->data());
       int number = 0;
       std::int64_t written_ns = 0;
@@ -309,8 +334,8 @@ Status taker(Node& node) {
       in_order = in_order && number == static_cast<int>(delays_ms.size());
     }
     for (const auto& eye : eyes) {
-      while (eye->take()) {
-        ++pictures;
+      while (const auto picture = eye->take()) {
+        ++(is_whole(*picture) ? pictures : broken);
       }
     }
   }
@@ -321,7 +346,7 @@ Status taker(Node& node) {
                : delays_ms[static_cast<std::size_t>(part * static_cast<double>(delays_ms.size() - 1))];
   };
   say("DELAY_MS p50 " + std::to_string(share(0.5)) + " p99 " + std::to_string(share(0.99)) + "; " +
-      std::to_string(pictures) + " pictures");
+      std::to_string(pictures) + " pictures" + (broken > 0 ? ", others broken" : ""));
   say("TAKEN " + std::to_string(delays_ms.size()) + (in_order ? " in order" : " out of order"));
   return {};
 }

@@ -140,7 +140,7 @@ TEST(Process, AStoppedReaderHoldsUpNobodyAndIsServedWhenItGoesOn) {
     ASSERT_TRUE(out->write(text("the end")).ok());
     got = stopped.line_with("GOT the end", 0.1) == "(none)" ? "" : "the end";
   }
-  EXPECT_EQ(got, "the end");
+  EXPECT_EQ(got, "the end") << stopped.fate() << "; it said last:\n" << stopped.seen();
 }
 
 TEST(Process, NothingIsLeftInSharedMemoryAlsoByAKilledProcess) {

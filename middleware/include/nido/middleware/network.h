@@ -25,6 +25,10 @@ struct NetworkSettings {
   // then. With keys it is 65500 unless the file says else, and 8000 at least: the certificates have to fit.
   // Holds for messages inside of the computer, too.
   int largest_packet_bytes = 1400;
+  // Messages of profile sensor are sent again where packets of them were lost, as long as they are among the
+  // newest. Holds for outputs and inputs of this computer; an input that wants it gets nothing from an output
+  // that does not do it.
+  bool repair_pictures = false;
   // Folder of the keys that `nido security init` made (key_store.h): messages are encrypted, and only those
   // with keys of the same authority take part. Empty: the wire is trusted (`security: none`).
   std::string security_folder;
