@@ -42,7 +42,9 @@ TEST(Completion, VerbsAndOptionsAreThoseOfTheCommandLine) {
 TEST(Completion, NamesFitTheirPlace) {
   EXPECT_TRUE(has(completed({"launch", "speech"}), "speech_and_action"));
   EXPECT_TRUE(has(completed({"launch", "x", "--world", ""}), "table"));
-  EXPECT_TRUE(has(completed({"launch", "x", "--robot", "icub"}), "icub_sim"));
+  const auto robots = completed({"launch", "x", "--robot", ""});
+  EXPECT_TRUE(has(robots, "icub_sim"));
+  EXPECT_FALSE(has(robots, "grasp_postures")) << "that is no robot";
   EXPECT_EQ(completed({"replay", "a.mcap", "--rate", ""}), Words{"max"});
   // a file: the shell knows better
   EXPECT_EQ(completed({"replay", ""}), Words{});

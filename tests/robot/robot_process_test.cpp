@@ -124,6 +124,18 @@ TEST_F(RobotProcess, ServesTheFakeRobotAndEndsWhenAskedTo) {
   const Result<std::string> name = node->call("/icubSim/head/rpc:i", "get name 4", kPatience_s);
   ASSERT_TRUE(name.ok()) << name.error().message;
   EXPECT_NE(name->find("eyes_version"), std::string::npos) << *name;
+  // what it was started with can be looked at
+  const auto settings =
+      required(parse_parameters(required(node->call("/robot/control", "parameters", kPatience_s))
+                                    .substr(std::string("[ok]\n").size())));
+  const auto start = std::find_if(settings.begin(), settings.end(),
+                                  [](const auto& one) { return one.key == "audio.start_s"; });
+  ASSERT_NE(start, settings.end());
+  EXPECT_EQ(start->value, "1");
+  EXPECT_EQ(start->about.unit, "s");
+  EXPECT_EQ(start->about.min, 0.0);
+  EXPECT_FALSE(start->about.about.empty());
+  EXPECT_FALSE(start->live);
   // a motion by rpc is seen in the state
   const int elbow[] = {3};
   const double target[] = {1.0};

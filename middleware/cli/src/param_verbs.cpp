@@ -35,7 +35,11 @@ Result<std::vector<ParameterDescription>> parameters_of(const Session& session, 
 }
 
 std::string range_of(const ParameterAbout& about) {
-  if (!about.choices.empty()) return fmt::format("one of {}", fmt::join(about.choices, ", "));
+  if (!about.choices.empty()) {
+    std::vector<std::string> words = about.choices;
+    std::replace(words.begin(), words.end(), std::string(), std::string("''"));
+    return fmt::format("one of {}", fmt::join(words, ", "));
+  }
   if (about.min && about.max) return fmt::format("{} to {}", *about.min, *about.max);
   if (about.min) return fmt::format("at least {}", *about.min);
   if (about.max) return fmt::format("at most {}", *about.max);

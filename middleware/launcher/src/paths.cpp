@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <fstream>
 
 #include "nido/launcher/suggest.h"
 
@@ -37,11 +38,26 @@ Result<Places> find_places() {
                            places.programs.string())};
 }
 
+namespace {
+
+// Beside the robot files lie others about the robot's body.
+bool is_robot_file(const fs::path& file) {
+  std::ifstream text(file);
+  for (std::string line; std::getline(text, line);) {
+    if (line.starts_with("robot:")) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
 std::vector<std::string> config_names(const Places& places, const std::string& subfolder) {
   std::vector<std::string> names;
   std::error_code error;
   for (const auto& entry : fs::directory_iterator(places.config / subfolder, error)) {
-    if (entry.path().extension() == ".yaml") names.push_back(entry.path().stem().string());
+    if (entry.path().extension() != ".yaml") continue;
+    if (subfolder == "robots" && !is_robot_file(entry.path())) continue;
+    names.push_back(entry.path().stem().string());
   }
   std::sort(names.begin(), names.end());
   return names;

@@ -48,6 +48,7 @@ Status run_simulated(Node& node, Robot& robot, const RobotFile& file, const Robo
 Status run(Node& node) {
   const Result<RobotSettings> settings = read_settings(node.options().parameters, node.options().seed);
   if (!settings) return settings.error();
+  list_settings(node);
   const Result<RobotFile> file = load_robot_file(settings->robot_file);
   if (!file) return file.error();
   // in an app that takes its time from the robot, one without a simulator makes it too: a far robot's time,

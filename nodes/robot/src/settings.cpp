@@ -1,5 +1,7 @@
 #include "src/settings.h"
 
+#include <cmath>
+
 #include "nido/launcher/paths.h"
 #include "nido/launcher/schema.h"
 #include "nido/speech/phrases.h"
@@ -21,7 +23,7 @@ const Schema& audio_schema() {
        {.key = "start_s",
         .kind = ValueKind::kNumber,
         .fallback = "1.0",
-        .meaning = "when the sound begins, s",
+        .meaning = "when the sound begins, simulated time",
         .min = 0}}};
   return schema;
 }
@@ -40,7 +42,7 @@ const Schema& settings_schema() {
        {.key = "rate",
         .kind = ValueKind::kNumberOrMax,
         .fallback = "1",
-        .meaning = "simulated seconds per second"},
+        .meaning = "simulated seconds per second; `nido clock rate` changes it later"},
        {.key = "paused",
         .kind = ValueKind::kFlag,
         .fallback = "false",
@@ -75,7 +77,44 @@ const Schema& settings_schema() {
   return schema;
 }
 
+// Keys end in their unit.
+std::string unit_of(const std::string& key) { return key.ends_with("_s") ? "s" : ""; }
+
+void list_fields(Node& node, const Schema& schema, const std::string& group) {
+  for (const Field& field : schema.fields) {
+    const std::string key = group + field.key;
+    ParameterAbout about{.about = field.meaning, .unit = unit_of(key), .choices = field.allowed};
+    if (std::isfinite(field.min)) about.min = field.min;
+    if (std::isfinite(field.max)) about.max = field.max;
+    const YAML::Node fallback = YAML::Load(field.fallback);
+    // what they give was checked before, and is the same
+    switch (field.kind) {
+      case ValueKind::kMap:
+        list_fields(node, *field.inner, key + ".");
+        break;
+      case ValueKind::kAnyMap:
+        (void)node.parameter<YAML::Node>(key, fallback, about);
+        break;
+      case ValueKind::kFlag:
+        (void)node.parameter<bool>(key, fallback.as<bool>(), about);
+        break;
+      case ValueKind::kInteger:
+        (void)node.parameter<std::int64_t>(
+            key, fallback.as<std::int64_t>(static_cast<std::int64_t>(node.options().seed)), about);
+        break;
+      case ValueKind::kNumber:
+        (void)node.parameter<double>(key, fallback.as<double>(), about);
+        break;
+      default:
+        (void)node.parameter<std::string>(key, fallback.as<std::string>(""), about);
+        break;
+    }
+  }
+}
+
 }  // namespace
+
+void list_settings(Node& node) { list_fields(node, settings_schema(), ""); }
 
 Result<RobotSettings> read_settings(const YAML::Node& parameters, std::uint64_t seed) {
   const YAML::Node given = parameters && parameters.IsMap() ? parameters : YAML::Node(YAML::NodeType::Map);

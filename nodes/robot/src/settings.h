@@ -7,6 +7,7 @@
 #include <string>
 
 #include "nido/interfaces/result.h"
+#include "nido/middleware/node.h"
 #include "src/device_registry.h"
 
 namespace nido {
@@ -26,5 +27,8 @@ struct RobotSettings {
 // Reads and checks the parameters; robot and world may be names of files in config/. kInvalidArgument and
 // kNotFound say what is wrong and what there is.
 Result<RobotSettings> read_settings(const YAML::Node& parameters, std::uint64_t seed);
+// Shows them to people (nido param list robot): each with its value and what is said of it. They hold from
+// the start on; what changes while the robot runs has a port (/icubSim/world, /clock/rpc:i).
+void list_settings(Node& node);
 
 }  // namespace nido

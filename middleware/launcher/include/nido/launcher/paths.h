@@ -24,7 +24,7 @@ Result<Places> find_places();
 Result<std::filesystem::path> find_config(const Places& places, const std::string& subfolder,
                                           const std::string& what, const std::string& name_or_file);
 
-// Names of the YAML files in a config subfolder, sorted.
+// Names of the YAML files in a config subfolder, sorted; in robots/ of those that describe a robot.
 std::vector<std::string> config_names(const Places& places, const std::string& subfolder);
 
 }  // namespace nido
