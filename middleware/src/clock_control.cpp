@@ -54,28 +54,32 @@ class ClockControlImpl final : public ClockControl {
     // nobody wants anything: without the lock, which a fast owner would hardly ever leave to others
     if (is_free_) return {};
     std::unique_lock lock(mutex_);
-    const bool was_paused = is_paused_ && steps_ == 0;
-    is_waiting_ = true;
-    changed_.notify_all();
-    while (is_paused_ && steps_ == 0) {
-      if (node_.is_stop_asked()) return stopped();
-      changed_.wait_for(lock, kLook);
+    for (;;) {
+      const bool was_paused = is_paused_ && steps_ == 0;
+      is_waiting_ = true;
+      changed_.notify_all();
+      while (is_paused_ && steps_ == 0) {
+        if (node_.is_stop_asked()) return stopped();
+        changed_.wait_for(lock, kLook);
+      }
+      is_waiting_ = false;
+      if (steps_ > 0) {
+        --steps_;
+        return {};  // a step is made at once, whatever the rate
+      }
+      if (was_paused || is_new_rate_) pacer_.restart(rate_);
+      is_new_rate_ = false;
+      const auto due = pacer_.due(now);
+      const std::uint64_t order = orders_;
+      while (due && orders_ == order && !node_.is_stop_asked() && std::chrono::steady_clock::now() < *due) {
+        changed_.wait_until(lock, std::min(*due, std::chrono::steady_clock::now() + kLook));
+      }
+      if (orders_ == order || node_.is_stop_asked()) {
+        is_free_ = !rate_ && !is_paused_;
+        return {};
+      }
+      // somebody paused, or set another rate, while a far moment was waited for: that counts from here on
     }
-    is_waiting_ = false;
-    if (steps_ > 0) {
-      --steps_;
-      return {};  // a step is made at once, whatever the rate
-    }
-    if (was_paused || is_new_rate_) pacer_.restart(rate_);
-    is_new_rate_ = false;
-    const auto due = pacer_.due(now);
-    const std::uint64_t order = orders_;
-    // somebody may pause, or set another rate, while a far moment is waited for
-    while (due && orders_ == order && !node_.is_stop_asked() && std::chrono::steady_clock::now() < *due) {
-      changed_.wait_until(lock, std::min(*due, std::chrono::steady_clock::now() + kLook));
-    }
-    is_free_ = !rate_ && !is_paused_ && orders_ == order;
-    return {};
   }
 
   std::string command(const std::string& line) override {

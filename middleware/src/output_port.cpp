@@ -18,8 +18,12 @@ std::string words_for(const EndpointInfo& end) {
 
 std::string misfit(const EndpointInfo& output, const EndpointInfo& input) {
   std::string why;
+  std::string mend = "give both the same type and profile";
   if (output.dds_type != input.dds_type) {
     why = "the types differ";
+  } else if (input.reliable && !output.reliable && input.profile == to_string(Profile::kSensor)) {
+    why = "the input asks for what was lost of a picture, the output does not send it again";
+    mend = "let the network files of both computers say repair_pictures, or none";
   } else if (input.reliable && !output.reliable) {
     why = "the input wants every message, the output may drop some";
   } else if (input.transient_local && !output.transient_local) {
@@ -28,8 +32,7 @@ std::string misfit(const EndpointInfo& output, const EndpointInfo& input) {
   if (why.empty()) {
     return why;
   }
-  return words_for(output) + " cannot be connected to " + words_for(input) + ": " + why +
-         "; give both the same type and profile";
+  return words_for(output) + " cannot be connected to " + words_for(input) + ": " + why + "; " + mend;
 }
 
 Result<std::unique_ptr<RawOutput>> OutputPort::open(std::shared_ptr<Participant> participant,

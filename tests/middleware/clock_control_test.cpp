@@ -77,6 +77,18 @@ TEST(ClockControl, KeepsTheRateThatIsSet) {
   EXPECT_TRUE(owner.wait_for_ticks(owner.ticks() + 100)) << "a wait for a far moment is given up";
 }
 
+TEST(ClockControl, APauseWhileAFarMomentIsWaitedForLetsNoTickBegin) {
+  Owner owner(true);
+  auto other = make_node("other");
+  owner.ask(*other, "rate 0.0001");
+  owner.ask(*other, "run");
+  // the first tick is made at once, the next one is due after 100 s
+  ASSERT_TRUE(owner.wait_for_ticks(1));
+  owner.ask(*other, "pause");
+  EXPECT_EQ(owner.ask(*other, "step 5"), "[ok] time_s=0.06 state=paused rate=0.0001");
+  EXPECT_EQ(owner.ticks(), 6);
+}
+
 TEST(ClockControl, RefusesWhatMakesNoSense) {
   Owner owner(true);
   auto other = make_node("other");

@@ -171,9 +171,10 @@ Result<Directory::Owner> find_port(const Session& session, const Common& common,
 Result<Source> find_source(const Session& session, const Common& common, const std::string& port) {
   if (auto status = check_port_name(port); !status) return status.error();
   if (port.ends_with(":i")) {
-    return Error{
-        ErrorCode::kInvalidArgument,
-        fmt::format("{} is an input port: read the output that feeds it (nido port info {})", port, port)};
+    return Error{ErrorCode::kInvalidArgument, fmt::format("{} is no output: an input's messages are those of "
+                                                          "the output that feeds it (nido port info {}), a "
+                                                          "service is asked (nido port rpc {})",
+                                                          port, port, port)};
   }
   const std::string topic = topic_of(port);
   const auto topic_there = [&topic](const Directory& d) -> std::optional<TopicDescription> {
