@@ -189,8 +189,10 @@ TEST_F(IcubGaze, NonsenseIsRefusedWithAReason) {
                            "get ang (1 2)",
                            "set Tneck 0.0",
                            "set Tneck soon",
-                           "set vor 0.5",
-                           "set stab 1",
+                           "set vor 1.5",
+                           "set ocr 0.5",
+                           "set sact -1.0",
+                           "set sacc often",
                            "set tweak ((a 1))",
                            "set pid 1",
                            "bind",
@@ -278,6 +280,42 @@ TEST_F(IcubGaze, ABoundNeckStaysInItsRangeUntilTheContextComesBack) {
   EXPECT_LT(std::abs(rig_.gaze().state()->head_rad[2]), 0.09);
   ASSERT_EQ(asked("rest 1"), "[ack]");
   EXPECT_GT(rig_.gaze().settings()->neck_upper_rad[2], 0.5);
+}
+
+TEST_F(IcubGaze, SaccadesAndTheEyesShareAreTheDevices) {
+  ASSERT_EQ(asked("set sact 20.0"), "[ack]");
+  EXPECT_FALSE(rig_.gaze().settings()->saccades.has_value()) << "how they would be, not that they are";
+  ASSERT_EQ(asked("set sacc 1"), "[ack]");
+  ASSERT_TRUE(rig_.gaze().settings()->saccades.has_value());
+  EXPECT_NEAR(rig_.gaze().settings()->saccades->from_rad, 20 * 3.14159265358979 / 180, 1e-9);
+  ASSERT_EQ(asked("set sinh -1.0"), "[ack]") << "clients say \"at once\" so";
+  EXPECT_EQ(rig_.gaze().settings()->saccades->apart_s, 0);
+  EXPECT_EQ(words_.reply(bottle("get sacc")).at(1).as_number(), 1);
+  ASSERT_EQ(asked("set vor 0.5"), "[ack]");
+  EXPECT_EQ(rig_.gaze().settings()->eyes_make_up, 0.5);
+  EXPECT_EQ(words_.reply(bottle("get vor")).at(1).as_number(), 0.5);
+  ASSERT_EQ(asked("rest 0"), "[ack]");
+  EXPECT_FALSE(rig_.gaze().settings()->saccades.has_value());
+}
+
+TEST_F(IcubGaze, AStabilizedGazeKeepsWhatItSees) {
+  ASSERT_TRUE(words_.look("3D", bottle("-0.5 0.1 0.15")).ok());
+  let_it_arrive();
+  ASSERT_EQ(asked("set stab 1"), "[ack]");
+  EXPECT_EQ(words_.reply(bottle("get stab")).at(1).as_number(), 1);
+  const Eigen::Vector3d seen_m = rig_.gaze().state()->p_RootFixation_m;
+  // the torso turns with the hand
+  CartesianGoal goal;
+  goal.X_RootPalm = rig_.hand().state()->X_RootPalm;
+  goal.X_RootPalm.translation() += Eigen::Vector3d(-0.08, -0.08, 0.0);
+  goal.with_orientation = false;
+  ASSERT_TRUE(rig_.hand().go_to(goal).ok());
+  const Eigen::Vector3d torso_rad = rig_.gaze().state()->torso_rad;
+  let_it_arrive();
+  ASSERT_GT((rig_.gaze().state()->torso_rad - torso_rad).norm(), 0.02);
+  EXPECT_LT((rig_.gaze().state()->p_RootFixation_m - seen_m).norm(), 0.01);
+  ASSERT_EQ(asked("stop"), "[ack]");
+  EXPECT_EQ(words_.reply(bottle("get stab")).at(1).as_number(), 0);
 }
 
 TEST(MotionEvents, AShareIsToldOnceInEachMotion) {

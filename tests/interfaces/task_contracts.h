@@ -5,10 +5,12 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <functional>
 #include <limits>
 #include <memory>
+#include <optional>
 
 #include "task_control_rig.h"
 
@@ -225,6 +227,49 @@ TEST_P(TaskContract, HowTheHeadTurnsIsSet) {
   wrong = before;
   wrong.eyes_s = 0;
   EXPECT_FALSE(rig_->gaze().set_settings(wrong).ok());
+  ASSERT_TRUE(rig_->gaze().set_settings(before).ok());
+  ASSERT_TRUE(rig_->gaze().stop().ok());
+}
+
+TEST_P(TaskContract, SaccadesAndWhatTheEyesMakeUpForAreSet) {
+  const GazeSettings before = *rig_->gaze().settings();
+  EXPECT_EQ(before.eyes_make_up, 1);
+  EXPECT_FALSE(before.saccades.has_value());
+  // until the point is seen, s, from another one: the neck takes 2, the eyes 1.5
+  const auto seen_after_s = [&](std::optional<GazeSettings::Saccades> saccades, double eyes_make_up) {
+    EXPECT_TRUE(rig_->gaze().set_settings(before).ok());
+    EXPECT_TRUE(rig_->gaze().look_at({-0.5, -0.15, 0.2}).ok());
+    EXPECT_TRUE(eventually(5.0, [&] { return !gaze().moving && gaze().error_px < rig_->tolerance_px(); }));
+    GazeSettings slow = before;
+    slow.neck_s = 2;
+    slow.eyes_s = 1.5;
+    slow.saccades = saccades;
+    slow.eyes_make_up = eyes_make_up;
+    EXPECT_TRUE(rig_->gaze().set_settings(slow).ok());
+    const GazeSettings told = *rig_->gaze().settings();
+    EXPECT_EQ(told.saccades.has_value(), saccades.has_value());
+    EXPECT_NEAR(told.eyes_make_up, eyes_make_up, 1e-9);
+    const std::int64_t begun_ns = gaze().stamp_ns;
+    EXPECT_TRUE(rig_->gaze().look_at({-0.5, 0.15, 0.2}).ok());
+    EXPECT_TRUE(eventually(5.0, [&] { return gaze().error_px < 10; }));
+    return static_cast<double>(gaze().stamp_ns - begun_ns) * 1e-9;
+  };
+  const GazeSettings::Saccades from_a_little{.from_rad = 0.2, .apart_s = 0};
+  const GazeSettings::Saccades from_much{.from_rad = 1.5, .apart_s = 0};
+  const double slowly_s = seen_after_s(std::nullopt, 1);
+  const double jumped_s = seen_after_s(from_a_little, 1);
+  EXPECT_LT(jumped_s, slowly_s - 0.2) << "a saccade is as fast as the eyes";
+  EXPECT_GT(seen_after_s(from_much, 1), jumped_s + 0.2) << "it is not that far";
+  EXPECT_GT(seen_after_s(from_a_little, 0), jumped_s + 0.2) << "the neck carries the eyes";
+  // not so soon after another one
+  EXPECT_GT(seen_after_s(GazeSettings::Saccades{.from_rad = 0.2, .apart_s = 60}, 1), jumped_s + 0.2);
+  for (const auto& [from_rad, apart_s, eyes_make_up] :
+       {std::array{-0.1, 0.2, 1.0}, {4.0, 0.2, 1.0}, {0.2, -1.0, 1.0}, {0.2, 0.2, 1.5}, {0.2, 0.2, -0.5}}) {
+    GazeSettings wrong = before;
+    wrong.saccades = {from_rad, apart_s};
+    wrong.eyes_make_up = eyes_make_up;
+    EXPECT_FALSE(rig_->gaze().set_settings(wrong).ok()) << from_rad << ' ' << apart_s << ' ' << eyes_make_up;
+  }
   ASSERT_TRUE(rig_->gaze().set_settings(before).ok());
   ASSERT_TRUE(rig_->gaze().stop().ok());
 }

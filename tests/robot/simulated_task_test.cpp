@@ -1,5 +1,6 @@
-// The contract of control in the space of the task, run on the simulated body.
+// The contracts of control in the space of the task and of frames, run on the simulated body.
 
+#include "frame_contract.h"
 #include "simulated_task_rig.h"
 #include "task_contracts.h"
 
@@ -7,6 +8,8 @@ namespace nido::test {
 namespace {
 
 INSTANTIATE_TEST_SUITE_P(SimulatedUnderLimits, TaskContract,
+                         testing::Values([] { return std::make_unique<SimulatedTaskRig>(); }));
+INSTANTIATE_TEST_SUITE_P(SimulatedUnderLimits, FrameContract,
                          testing::Values([] { return std::make_unique<SimulatedTaskRig>(); }));
 
 }  // namespace

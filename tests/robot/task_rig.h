@@ -8,6 +8,7 @@
 #include "fake/fake_control_board.h"
 #include "limits/limited_control_board.h"
 #include "rigs.h"
+#include "task/body_frames.h"
 #include "task/cartesian_arm.h"
 #include "task/head_gaze.h"
 #include "task_control_rig.h"
@@ -16,12 +17,13 @@ namespace nido::test {
 
 inline RobotModel task_model() { return required(RobotModel::load(NIDO_CONFIG_DIR "/robots/icub.urdf")); }
 
-// The right hand and the gaze on boards of a family, under their limits.
+// The right hand, the gaze and the frames on boards of a family, under their limits.
 class LocalTaskRig : public TaskRig {
  public:
   const std::shared_ptr<Safety>& safety() const { return safety_; }
   ICartesianControl& hand() override { return *hand_; }
   IGazeControl& gaze() override { return *gaze_; }
+  IFrameTransforms& frames() override { return *frames_; }
   void advance() override {
     const std::int64_t next_ns = clock_.now_ns() + kPeriod_ns;
     for (ISteppable* commander :
@@ -31,6 +33,10 @@ class LocalTaskRig : public TaskRig {
     for (const auto& board : limited_) must(board->step_to(next_ns));
     must(step(next_ns));
     clock_.set_ns(next_ns);
+  }
+  // Time passes, and the boards tell nothing new.
+  void let_encoders_age(double for_s) {
+    clock_.set_ns(clock_.now_ns() + static_cast<std::int64_t>(for_s * 1e9));
   }
 
  protected:
@@ -45,6 +51,8 @@ class LocalTaskRig : public TaskRig {
     }
     hand_ = required(CartesianArm::create(model_, "right", *limited_[1], *limited_[0], true, clock_));
     gaze_ = required(HeadGaze::create(task_model(), PinholeCamera{}, *limited_[2], *limited_[0], clock_));
+    frames_ = required(
+        BodyFrames::create(task_model(), {limited_[0].get(), limited_[1].get(), limited_[2].get()}, clock_));
   }
   virtual Status step(std::int64_t now_ns) = 0;
   static void must(const Status& status) {
@@ -59,6 +67,7 @@ class LocalTaskRig : public TaskRig {
   std::vector<std::unique_ptr<LimitedControlBoard>> limited_;
   std::unique_ptr<CartesianArm> hand_;
   std::unique_ptr<HeadGaze> gaze_;
+  std::unique_ptr<BodyFrames> frames_;
 };
 
 class FakeTaskRig : public LocalTaskRig {

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "frame_contract.h"
 #include "nido/textproto/task_text.h"
 #include "task_contracts.h"
 #include "task_rig.h"
@@ -11,12 +12,15 @@ namespace {
 
 INSTANTIATE_TEST_SUITE_P(FakeUnderLimits, TaskContract,
                          testing::Values([] { return std::make_unique<FakeTaskRig>(); }));
+INSTANTIATE_TEST_SUITE_P(FakeUnderLimits, FrameContract,
+                         testing::Values([] { return std::make_unique<FakeTaskRig>(); }));
 
 // The same devices, asked by text.
 class FakeByText final : public FakeTaskRig {
  public:
   ICartesianControl& hand() override { return *asked_hand_; }
   IGazeControl& gaze() override { return *asked_gaze_; }
+  IFrameTransforms& frames() override { return *asked_frames_; }
 
  private:
   std::unique_ptr<ICartesianControl> asked_hand_ =
@@ -27,8 +31,14 @@ class FakeByText final : public FakeTaskRig {
       asked_gaze([this](const std::string& line) -> Result<std::string> {
         return gaze_reply(FakeTaskRig::gaze(), line);
       });
+  std::unique_ptr<IFrameTransforms> asked_frames_ =
+      asked_frames([this](const std::string& line) -> Result<std::string> {
+        return frames_reply(FakeTaskRig::frames(), line);
+      });
 };
 INSTANTIATE_TEST_SUITE_P(FakeByText, TaskContract,
+                         testing::Values([] { return std::make_unique<FakeByText>(); }));
+INSTANTIATE_TEST_SUITE_P(FakeByText, FrameContract,
                          testing::Values([] { return std::make_unique<FakeByText>(); }));
 
 TEST(TaskText, RefusesWhatItDoesNotUnderstandAndSaysWhatItDoes) {
@@ -43,8 +53,28 @@ TEST(TaskText, RefusesWhatItDoesNotUnderstandAndSaysWhatItDoes) {
         "look pixel left 1 2", "get", "stop now", "look at x y z"}) {
     EXPECT_EQ(gaze_reply(rig.gaze(), line).substr(0, 6), "[fail]") << line;
   }
+  for (const char* line : {"", "get", "get frames now", "get transform", "get transform root_link",
+                           "get transform root_link (r_hand)", "put root_link marker",
+                           "put root_link marker 1 2 3", "put root_link marker 0 0 0 1 1 1 1",
+                           "put root_link marker 0 0 0 0 0 0 one", "put root_link marker 0 0 0 0 0 0 1 2",
+                           "remove", "remove marker", "put root_link \"a b\" 0 0 0 0 0 0 1", "move"}) {
+    EXPECT_EQ(frames_reply(rig.frames(), line).substr(0, 6), "[fail]") << line;
+  }
   EXPECT_FALSE(rig.hand().state()->moving);
   EXPECT_FALSE(rig.gaze().state()->moving);
+}
+
+// Boards whose readings do not come any more.
+TEST(BodyFrames, EncodersThatAreTooOldSayNothing) {
+  FakeTaskRig rig;
+  rig.advance();
+  ASSERT_TRUE(rig.frames().transform("root_link", "r_hand").ok());
+  ASSERT_TRUE(rig.frames().put("r_hand", "tool", Eigen::Isometry3d::Identity()).ok());
+  rig.let_encoders_age(kFramesTooOld_s + 0.1);
+  const Result<FrameTransform> old = rig.frames().transform("root_link", "r_hand");
+  ASSERT_FALSE(old.ok());
+  EXPECT_EQ(old.error().code, ErrorCode::kFailed);
+  EXPECT_TRUE(rig.frames().transform("r_hand", "tool").ok()) << "what is put there needs no encoders";
 }
 
 TEST(TaskControl, AnEmergencyStopEndsAndRefusesMotionsOfHandAndGaze) {

@@ -3,6 +3,7 @@
 
 #include <array>
 
+#include "contexts.h"
 #include "icub_words.h"
 #include "nido/gateway/icub_tasks.h"
 #include "nido/kinematics/gaze_geometry.h"
@@ -22,15 +23,9 @@ struct Fixed {
   double value;
   const char* why;
 };
-constexpr std::array<Fixed, 4> kFixed = {{
-    {"vor", 1.0, "the eyes make up for all of the head's turning"},
-    {"ocr", 0.0, "the eyes make up for what the head does, not for what the body feels"},
-    {"sacc", 0.0, "there are no saccades apart from motions"},
-    {"stab", 0.0, "pictures are not stabilized by the inertial sensor"},
-}};
-// What is only kept: there are no saccades, and no tolerance is needed.
-constexpr std::array<std::pair<const char*, double>, 3> kNumbers = {
-    {{"sinh", 0.2}, {"sact", 15}, {"ntol", 0}}};
+constexpr Fixed kOcr = {"ocr", 0.0, "one gain is for all of the head's turning, by its encoders: set vor"};
+// What is only kept: no tolerance is needed.
+constexpr const char* kTolerance = "ntol";
 constexpr std::array<const char*, 3> kNeck = {"pitch", "roll", "yaw"};
 
 template <class Angles>
@@ -156,23 +151,42 @@ Status GazeWords::look(const std::string& kind, const Bottle& place) {
 Status GazeWords::follow(const GazeState& state) {
   if (!has_target_ || kept_.tracking || state.moving) return {};
   has_target_ = false;
-  return gaze_.stop();
+  // whose gaze is stabilized keeps the point in sight
+  return kept_.stabilizing ? Status() : gaze_.stop();
 }
 
-Result<int> GazeWords::store() {
-  if (contexts_.size() >= kMostContexts) {
-    return Error{ErrorCode::kFailed, "too many contexts are stored: delete some"};
-  }
+Result<GazeWords::Context> GazeWords::context() const {
   const Result<GazeSettings> settings = gaze_.settings();
   if (!settings) return settings.error();
-  contexts_[next_context_] = {kept_, *settings};
-  return next_context_++;
+  return Context{kept_, *settings};
+}
+
+Status GazeWords::restore(const Context& context) {
+  if (Status set = gaze_.set_settings(context.settings); !set) return set;
+  if (Status held = hold(context.kept.stabilizing); !held) return held;
+  kept_ = context.kept;
+  return {};
+}
+
+Status GazeWords::hold(bool stabilizing) {
+  if (stabilizing != kept_.stabilizing && !has_target_) {
+    Status done;
+    if (stabilizing) {
+      const Result<GazeState> state = gaze_.state();
+      if (!state) return state.error();
+      done = gaze_.look_at(state->p_RootFixation_m);
+    } else {
+      done = gaze_.stop();
+    }
+    if (!done) return done;
+  }
+  kept_.stabilizing = stabilizing;
+  return {};
 }
 
 Bottle GazeWords::reply(const Bottle& command) {
-  if (contexts_.empty()) {
-    if (const Result<int> first = store(); !first) return nack(first.error().message);
-  }
+  const auto now = [this] { return context(); };
+  if (const Status begun = contexts_.begin(now); !begun) return nack(begun.error().message);
   if (is(command, 0, "get")) return get(command);
   if (is(command, 0, "set")) return set(command);
   if (is(command, 0, "look")) {
@@ -184,23 +198,12 @@ Bottle GazeWords::reply(const Bottle& command) {
     return nack("look 3D|mono|ster|ang (...) is expected");
   }
   if (is(command, 0, "stop")) {
-    has_target_ = false;
+    has_target_ = kept_.stabilizing = false;
     return outcome(gaze_.stop());
   }
-  if (is(command, 0, "stor")) {
-    const Result<int> id = store();
-    return id ? ack({Value::of(*id)}) : nack(id.error().message);
-  }
-  if (is(command, 0, "rest")) {
-    const auto found = context_of(contexts_, command);
-    if (found == contexts_.end()) return nack("there is no such context");
-    const Status set = gaze_.set_settings(found->second.settings);
-    if (set) kept_ = found->second.kept;
-    return outcome(set);
-  }
-  if (is(command, 0, "del")) {
-    forget(contexts_, command);
-    return ack();
+  if (auto told =
+          contexts_.reply(command, now, [this](const Context& context) { return restore(context); })) {
+    return *std::move(told);
   }
   if (is(command, 0, "bind") || is(command, 0, "clear")) return bind(command);
   if (is(command, 0, "regi") || is(command, 0, "unre") || is(command, 0, "list")) {
@@ -252,21 +255,38 @@ Bottle GazeWords::set(const Bottle& command) {
     kept_.tracking = *number > 0;
     return ack();
   }
-  for (const Fixed& fixed : kFixed) {
-    if (is(command, 1, fixed.word)) return *number == fixed.value ? ack() : nack(fixed.why);
-  }
-  for (const auto& [word, fallback] : kNumbers) {
-    if (!is(command, 1, word)) continue;
-    kept_.numbers[word] = *number;
+  if (is(command, 1, kOcr.word)) return *number == kOcr.value ? ack() : nack(kOcr.why);
+  if (is(command, 1, "stab")) return outcome(hold(*number > 0));
+  if (is(command, 1, kTolerance)) {
+    kept_.tolerance = *number;
     return ack();
   }
-  if (is(command, 1, "Tneck") || is(command, 1, "Teyes")) {
-    Result<GazeSettings> settings = gaze_.settings();
-    if (!settings) return nack(settings.error().message);
-    (is(command, 1, "Tneck") ? settings->neck_s : settings->eyes_s) = *number;
-    return outcome(gaze_.set_settings(*settings));
+  Result<GazeSettings> settings = gaze_.settings();
+  if (!settings) return nack(settings.error().message);
+  if (is(command, 1, "Tneck")) {
+    settings->neck_s = *number;
+  } else if (is(command, 1, "Teyes")) {
+    settings->eyes_s = *number;
+  } else if (is(command, 1, "vor")) {
+    settings->eyes_make_up = *number;
+  } else if (is(command, 1, "sacc")) {
+    settings->saccades = *number > 0 ? std::optional(kept_.saccades) : std::nullopt;
+  } else if (is(command, 1, "sinh") || is(command, 1, "sact")) {
+    GazeSettings::Saccades wanted = kept_.saccades;
+    // clients say "at once" by a negative time
+    (is(command, 1, "sinh") ? wanted.apart_s : wanted.from_rad) =
+        is(command, 1, "sinh") ? std::max(*number, 0.0) : *number * kDegree_rad;
+    // also where there are none now the device says whether they could be so
+    GazeSettings tried = *settings;
+    tried.saccades = wanted;
+    Status set = gaze_.set_settings(tried);
+    if (set && !settings->saccades) set = gaze_.set_settings(*settings);
+    if (set) kept_.saccades = wanted;
+    return outcome(set);
+  } else {
+    return nack("set Tneck, Teyes, track, vor, ocr, sacc, sinh, sact, stab, ntol, pid, tweak are understood");
   }
-  return nack("set Tneck, Teyes, track, vor, ocr, sacc, sinh, sact, stab, ntol, pid, tweak are understood");
+  return outcome(gaze_.set_settings(*settings));
 }
 
 Bottle GazeWords::place_reply(const Bottle& command) {
@@ -297,13 +317,11 @@ Bottle GazeWords::place_reply(const Bottle& command) {
 Bottle GazeWords::get(const Bottle& command) {
   if (is(command, 1, "track")) return ack({Value::of(kept_.tracking ? 1 : 0)});
   if (is(command, 1, "2D") || is(command, 1, "3D") || is(command, 1, "ang")) return place_reply(command);
-  for (const Fixed& fixed : kFixed) {
-    if (is(command, 1, fixed.word)) return ack({Value::of(fixed.value)});
-  }
-  for (const auto& [word, fallback] : kNumbers) {
-    const auto kept = kept_.numbers.find(word);
-    if (is(command, 1, word)) return ack({Value::of(kept == kept_.numbers.end() ? fallback : kept->second)});
-  }
+  if (is(command, 1, kOcr.word)) return ack({Value::of(kOcr.value)});
+  if (is(command, 1, "stab")) return ack({Value::of(kept_.stabilizing ? 1 : 0)});
+  if (is(command, 1, kTolerance)) return ack({Value::of(kept_.tolerance)});
+  if (is(command, 1, "sinh")) return ack({Value::of(kept_.saccades.apart_s)});
+  if (is(command, 1, "sact")) return ack({Value::of(kept_.saccades.from_rad / kDegree_rad)});
   if (is(command, 1, "pid")) return ack({Value::list({property("dominantEye", Value::string("left"))})});
   if (is(command, 1, "info") || is(command, 1, "tweak")) {
     const Result<GazeBody> body = this->body();
@@ -325,11 +343,14 @@ Bottle GazeWords::get(const Bottle& command) {
     return ack({Value::of(settings->neck_lower_rad[joint] / kDegree_rad),
                 Value::of(settings->neck_upper_rad[joint] / kDegree_rad)});
   }
-  if (is(command, 1, "Tneck") || is(command, 1, "Teyes") || is(command, 1, "eyes")) {
+  if (is(command, 1, "Tneck") || is(command, 1, "Teyes") || is(command, 1, "eyes") || is(command, 1, "vor") ||
+      is(command, 1, "sacc")) {
     const Result<GazeSettings> settings = gaze_.settings();
     if (!settings) return nack(settings.error().message);
     if (is(command, 1, "Tneck")) return ack({Value::of(settings->neck_s)});
     if (is(command, 1, "Teyes")) return ack({Value::of(settings->eyes_s)});
+    if (is(command, 1, "vor")) return ack({Value::of(settings->eyes_make_up)});
+    if (is(command, 1, "sacc")) return ack({Value::of(settings->saccades ? 1 : 0)});
     // negative: not bound. Twice, since clients wait for two numbers and read the first
     const Value vergence = Value::of(settings->vergence_rad ? *settings->vergence_rad / kDegree_rad : -1.0);
     return ack({vergence, vergence});
@@ -345,9 +366,9 @@ Bottle GazeWords::get(const Bottle& command) {
     if (is(command, 2, "head")) return stamped_pose(state->X_RootHead, state->stamp_ns);
   }
   return nack(
-      "get done, track, pose left|right|head, des, vel, 2D, 3D, ang, Tneck, Teyes, pitch, roll, yaw, eyes, "
-      "info "
-      "and tweak are understood");
+      "get done, track, pose left|right|head, des, vel, 2D, 3D, ang, Tneck, Teyes, vor, ocr, sacc, sinh, "
+      "sact, "
+      "stab, ntol, pid, pitch, roll, yaw, eyes, info and tweak are understood");
 }
 
 }  // namespace nido::gateway

@@ -1,6 +1,7 @@
 // A hand, as cartesiancontrollerclient asks it.
 #include <fmt/format.h>
 
+#include "contexts.h"
 #include "icub_words.h"
 #include "nido/gateway/icub_tasks.h"
 
@@ -61,14 +62,10 @@ Bottle CartesianWords::pose_vector(const CartesianState& state) {
   return yarp::vector_bottle(pose_numbers(state.X_RootPalm));
 }
 
-Result<int> CartesianWords::store() {
-  if (contexts_.size() >= kMostContexts) {
-    return Error{ErrorCode::kFailed, "too many contexts are stored: delete some"};
-  }
+Result<CartesianWords::Context> CartesianWords::context() const {
   const Result<CartesianSettings> settings = hand_.settings();
   if (!settings) return settings.error();
-  contexts_[next_context_] = {kept_, *settings};
-  return next_context_++;
+  return Context{kept_, *settings};
 }
 
 Status CartesianWords::apply(CartesianSettings settings, const Kept& kept) {
@@ -83,9 +80,8 @@ Status CartesianWords::apply(CartesianSettings settings, const Kept& kept) {
 }
 
 Bottle CartesianWords::reply(const Bottle& command) {
-  if (contexts_.empty()) {
-    if (const Result<int> first = store(); !first) return nack(first.error().message);
-  }
+  const auto now = [this] { return context(); };
+  if (const Status begun = contexts_.begin(now); !begun) return nack(begun.error().message);
   if (is(command, 0, "get")) return get(command);
   if (is(command, 0, "set")) return set(command);
   if (is(command, 0, "go")) return go(command);
@@ -95,18 +91,9 @@ Bottle CartesianWords::reply(const Bottle& command) {
     return outcome(hand_.stop());
   }
   if (is(command, 0, "tvel")) return go_on(command);
-  if (is(command, 0, "stor")) {
-    const Result<int> id = store();
-    return id ? ack({Value::of(*id)}) : nack(id.error().message);
-  }
-  if (is(command, 0, "rest")) {
-    const auto found = context_of(contexts_, command);
-    if (found == contexts_.end()) return nack("there is no such context");
-    return outcome(apply(found->second.settings, found->second.kept));
-  }
-  if (is(command, 0, "del")) {
-    forget(contexts_, command);
-    return ack();
+  if (auto told = contexts_.reply(
+          command, now, [this](const Context& context) { return apply(context.settings, context.kept); })) {
+    return *std::move(told);
   }
   if (is(command, 0, "even")) {
     return events_.reply(command, 1).value_or(nack("even regi|unre|list ogoi [0..1] is expected"));

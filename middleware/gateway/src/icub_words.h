@@ -17,7 +17,6 @@
 namespace nido::gateway {
 
 constexpr double kDegree_rad = std::numbers::pi / 180.0;
-constexpr std::size_t kMostContexts = 1000;
 
 inline bool is(const yarp::Bottle& words, std::size_t at, std::string_view letters) {
   // a string of a client that spells words out, or its first four letters as a vocab
@@ -87,23 +86,6 @@ inline yarp::Bottle stamped_pose(const Eigen::Isometry3d& X, std::int64_t stamp_
   return ack(
       {list_of(pose_numbers(X)),
        yarp::Value::list({yarp::Value::of(0), yarp::Value::of(static_cast<double>(stamp_ns) * 1e-9)})});
-}
-
-// Deletes contexts that are named in a list; the first one stays.
-template <class Contexts>
-void forget(Contexts& contexts, const yarp::Bottle& command) {
-  const auto ids = numbers_in(command, 1);
-  for (const double id : ids.value_or(std::vector<double>())) {
-    if (id != 0) contexts.erase(static_cast<int>(std::clamp(id, -1.0, 2e9)));
-  }
-}
-
-// The context that is named by a number.
-template <class Contexts>
-auto context_of(Contexts& contexts, const yarp::Bottle& command) {
-  const bool named =
-      command.size() > 1 && command[1].is_integer() && std::abs(command[1].integer) < 2'000'000'000;
-  return named ? contexts.find(static_cast<int>(command[1].integer)) : contexts.end();
 }
 
 }  // namespace nido::gateway

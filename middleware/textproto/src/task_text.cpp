@@ -9,112 +9,32 @@
 #include <span>
 #include <vector>
 
-#include "nido/textproto/text_value.h"
+#include "task_words.h"
 
 namespace nido {
 namespace {
 
-constexpr double kDegree_rad = std::numbers::pi / 180.0;
+using namespace task_words;
+
 constexpr std::size_t kChainJoints = 10;
-using Values = std::vector<TextValue>;
-
-std::string fail(const std::string& reason) {
-  return format_text({TextValue{TextValue::Word{"fail", true}}, TextValue{reason}});
-}
-std::string outcome(const Status& status) { return status ? "[ok]" : fail(status.error().message); }
-
-template <class Numbers>
-std::string list(const Numbers& numbers) {
-  std::string text = "(";
-  for (const double number : numbers) text += (text.size() > 1 ? " " : "") + format_number(number);
-  return text + ")";
-}
-
-// the words of a line that begins with `first`, as numbers; a bare word in their midst ends them
-std::vector<double> numbers_from(const Values& words, std::size_t first) {
-  std::vector<double> numbers;
-  for (std::size_t i = first; i < words.size() && words[i].is_number(); ++i) {
-    numbers.push_back(words[i].number());
-  }
-  return numbers;
-}
-
-template <class Numbers>
-std::string degrees(const Numbers& angles_rad) {
-  std::vector<double> angles_deg;
-  for (const double angle_rad : angles_rad) angles_deg.push_back(angle_rad / kDegree_rad);
-  return list(angles_deg);
-}
-
-std::array<double, 7> pose_numbers(const Eigen::Isometry3d& X) {
-  const Eigen::Quaterniond q(X.linear());
-  return {X.translation().x(), X.translation().y(), X.translation().z(), q.x(), q.y(), q.z(), q.w()};
-}
 
 // X Y Z [QX QY QZ QW]
 Result<CartesianGoal> goal_from(std::span<const double> n) {
-  if (n.size() != 3 && n.size() != 7) {
+  CartesianGoal goal;
+  if (n.size() == 3) {
+    goal.with_orientation = false;
+    goal.X_RootPalm.translation() = Eigen::Vector3d(n[0], n[1], n[2]);
+    return goal;
+  }
+  if (n.size() != 7) {
     return Error{ErrorCode::kInvalidArgument,
                  "X Y Z in m, and for a pose QX QY QZ QW of its turn, are expected"};
   }
-  CartesianGoal goal;
-  goal.with_orientation = n.size() == 7;
-  goal.X_RootPalm.translation() = Eigen::Vector3d(n[0], n[1], n[2]);
-  if (goal.with_orientation) {
-    const Eigen::Quaterniond q(n[6], n[3], n[4], n[5]);
-    if (!(std::abs(q.norm() - 1.0) < 0.01)) {
-      return Error{ErrorCode::kInvalidArgument,
-                   fmt::format("a turn is a quaternion x y z w of length 1, not {:.3g}", q.norm())};
-    }
-    goal.X_RootPalm.linear() = q.normalized().toRotationMatrix();
-  }
+  const Result<Eigen::Isometry3d> pose = pose_from(n);
+  if (!pose) return pose.error();
+  goal.X_RootPalm = *pose;
   return goal;
 }
-
-// the answer's words after [is] and what was asked
-Result<Values> answered(const AskLine& ask, const std::string& line) {
-  const Result<std::string> answer = ask(line);
-  if (!answer) return answer.error();
-  Result<Values> words = parse_text(*answer);
-  if (!words || words->empty()) {
-    return Error{ErrorCode::kFailed, fmt::format("the answer to '{}' is not understood", line)};
-  }
-  if (words->front().is_word("ok")) return Values{};
-  if (!words->front().is_word("is") || words->size() < 3) {
-    const std::string* reason = words->size() > 1 ? (*words)[1].text() : nullptr;
-    return Error{ErrorCode::kFailed, reason != nullptr ? *reason : "refused: " + line};
-  }
-  words->erase(words->begin(), words->begin() + 2);
-  return words;
-}
-
-Status ordered(const AskLine& ask, const std::string& line) {
-  const Result<Values> words = answered(ask, line);
-  return words ? Status() : Status(words.error());
-}
-
-// numbers and lists of numbers, in this order; each entry of `shape` is the length of a list, 0 for a number
-std::optional<std::vector<double>> flat(const Values& words, std::initializer_list<std::size_t> shape) {
-  std::vector<double> out;
-  if (words.size() < shape.size()) return std::nullopt;
-  std::size_t at = 0;
-  for (const std::size_t length : shape) {
-    const TextValue& word = words[at++];
-    if (length == 0) {
-      if (!word.is_number()) return std::nullopt;
-      out.push_back(word.number());
-      continue;
-    }
-    if (word.list() == nullptr || word.list()->size() != length) return std::nullopt;
-    for (const TextValue& value : *word.list()) {
-      if (!value.is_number()) return std::nullopt;
-      out.push_back(value.number());
-    }
-  }
-  return out;
-}
-
-Error strange() { return {ErrorCode::kFailed, "the far side's state is not understood"}; }
 
 std::vector<double> radians(const std::vector<double>& degrees, std::size_t first, std::size_t count) {
   std::vector<double> out;
@@ -159,19 +79,25 @@ Result<CartesianSettings> cartesian_settings(const Values& words) {
   return settings;
 }
 
-// NECK_S EYES_S (LOWER) (UPPER) [VERGENCE]
+// NECK_S EYES_S (LOWER) (UPPER) SHARE (VERGENCE) (FROM APART_S), the last two empty where there are none
 std::string settings_words(const GazeSettings& settings) {
-  return fmt::format("{} {} {} {}", format_number(settings.neck_s), format_number(settings.eyes_s),
-                     degrees(settings.neck_lower_rad), degrees(settings.neck_upper_rad)) +
-         (settings.vergence_rad ? " " + format_number(*settings.vergence_rad / kDegree_rad) : "");
+  const auto& saccades = settings.saccades;
+  return fmt::format(
+      "{} {} {} {} {} ({}) ({})", format_number(settings.neck_s), format_number(settings.eyes_s),
+      degrees(settings.neck_lower_rad), degrees(settings.neck_upper_rad),
+      format_number(settings.eyes_make_up),
+      settings.vergence_rad ? format_number(*settings.vergence_rad / kDegree_rad) : "",
+      saccades ? format_number(saccades->from_rad / kDegree_rad) + " " + format_number(saccades->apart_s)
+               : "");
 }
 Result<GazeSettings> gaze_settings(const Values& words) {
-  const auto n = flat(words, {0, 0, 3, 3});
-  const bool bound = words.size() > 4 && words[4].is_number();
-  if (!n) {
-    return Error{
-        ErrorCode::kInvalidArgument,
-        "NECK_SECONDS EYES_SECONDS (LOWER) (UPPER) [VERGENCE] are expected, degrees, pitch roll yaw"};
+  const auto n = flat(words, {0, 0, 3, 3, 0});
+  const auto vergence = numbers_of_list(words, 5);
+  const auto saccades = numbers_of_list(words, 6);
+  if (!n || !vergence || vergence->size() > 1 || !saccades || (!saccades->empty() && saccades->size() != 2)) {
+    return Error{ErrorCode::kInvalidArgument,
+                 "NECK_SECONDS EYES_SECONDS (LOWER) (UPPER) SHARE (VERGENCE) (FROM APART_SECONDS) are "
+                 "expected, degrees, pitch roll yaw; () for no vergence, no saccades"};
   }
   GazeSettings settings;
   settings.neck_s = (*n)[0];
@@ -180,7 +106,9 @@ Result<GazeSettings> gaze_settings(const Values& words) {
     settings.neck_lower_rad[j] = (*n)[2 + static_cast<std::size_t>(j)] * kDegree_rad;
     settings.neck_upper_rad[j] = (*n)[5 + static_cast<std::size_t>(j)] * kDegree_rad;
   }
-  if (bound) settings.vergence_rad = words[4].number() * kDegree_rad;
+  settings.eyes_make_up = (*n)[8];
+  if (!vergence->empty()) settings.vergence_rad = vergence->front() * kDegree_rad;
+  if (!saccades->empty()) settings.saccades = {saccades->front() * kDegree_rad, saccades->back()};
   return settings;
 }
 

@@ -38,6 +38,9 @@ Result<std::unique_ptr<IServer>> serve_cartesian(Node& node, const std::string& 
 Result<std::unique_ptr<IServer>> serve_gaze(Node& node, const std::string& stem, IGazeControl& gaze) {
   return serve(node, stem, [&gaze](const std::string& line) { return gaze_reply(gaze, line); });
 }
+Result<std::unique_ptr<IServer>> serve_frames(Node& node, const std::string& stem, IFrameTransforms& frames) {
+  return serve(node, stem, [&frames](const std::string& line) { return frames_reply(frames, line); });
+}
 
 Result<std::unique_ptr<ICartesianControl>> cartesian_client(Node& node, const ClientOptions& options) {
   std::unique_ptr<ICartesianControl> client = asked_cartesian(asker(node, options));
@@ -48,6 +51,12 @@ Result<std::unique_ptr<ICartesianControl>> cartesian_client(Node& node, const Cl
 Result<std::unique_ptr<IGazeControl>> gaze_client(Node& node, const ClientOptions& options) {
   std::unique_ptr<IGazeControl> client = asked_gaze(asker(node, options));
   const Result<GazeState> there = client->state();
+  if (!there) return there.error();
+  return client;
+}
+Result<std::unique_ptr<IFrameTransforms>> frames_client(Node& node, const ClientOptions& options) {
+  std::unique_ptr<IFrameTransforms> client = asked_frames(asker(node, options));
+  const Result<std::vector<Frame>> there = client->frames();
   if (!there) return there.error();
   return client;
 }

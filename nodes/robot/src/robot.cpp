@@ -70,11 +70,18 @@ Result<std::unique_ptr<Robot>> Robot::create(Node& node, const RobotFile& file, 
     for (const Device& device : robot->devices_) {
       if (device.limited) boards.push_back(device.limited.get());
     }
-    Result<std::unique_ptr<IServer>> body =
-        serve_body(node, file.path.parent_path() / file.body.urdf, std::move(boards),
-                   static_cast<std::int64_t>(std::llround(1e9 / file.body.rate_hz)));
-    if (!body) return body.error();
-    robot->servers_.push_back(std::move(*body));
+    Result<RobotModel> model = RobotModel::load(file.path.parent_path() / file.body.urdf);
+    if (!model) return model.error();
+    auto frames = BodyFrames::create(std::move(*model), std::move(boards), robot->clock_);
+    if (!frames) return frames.error();
+    robot->frames_ = std::move(*frames);
+    auto poses =
+        serve_body(node, *robot->frames_, static_cast<std::int64_t>(std::llround(1e9 / file.body.rate_hz)));
+    if (!poses) return poses.error();
+    robot->servers_.push_back(std::move(*poses));
+    auto asked = serve_frames(node, "/" + file.robot + "/frames", *robot->frames_);
+    if (!asked) return asked.error();
+    robot->servers_.push_back(std::move(*asked));
   }
   if (robot->simulated_) {
     auto state = serve_state_hash(node, "/" + file.robot + "/state_hash", *robot->simulated_);

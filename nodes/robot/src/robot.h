@@ -14,6 +14,7 @@
 #include "src/heartbeat.h"
 #include "src/robot_file.h"
 #include "src/robot_snapshot.h"
+#include "task/body_frames.h"
 
 namespace nido::sim {
 class Window;
@@ -84,6 +85,7 @@ class Robot {
   std::vector<Device> devices_;
   std::vector<ISteppable*> steppables_;
   std::vector<ISteppable*> commanders_;  // they command boards
+  std::unique_ptr<BodyFrames> frames_;   // null without a body
   std::vector<std::unique_ptr<IServer>> servers_;
   std::unique_ptr<Node::Service> estop_service_;
   std::unique_ptr<Heartbeat> heartbeat_;

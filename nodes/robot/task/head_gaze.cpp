@@ -149,6 +149,15 @@ Status HeadGaze::set_settings(const GazeSettings& settings) {
                  fmt::format("the vergence is {:.1f} to {:.1f} degrees", own.lower_rad[kVergence] * kDegrees,
                              own.upper_rad[kVergence] * kDegrees)};
   }
+  if (!(wanted.eyes_make_up >= 0 && wanted.eyes_make_up <= 1)) {
+    return Error{ErrorCode::kInvalidArgument, "the eyes make up for 0 to 1 of the head's turning"};
+  }
+  if (wanted.saccades && !(wanted.saccades->from_rad >= 0 && wanted.saccades->from_rad <= std::numbers::pi &&
+                           wanted.saccades->apart_s >= 0 && wanted.saccades->apart_s <= kLongest_s)) {
+    return Error{
+        ErrorCode::kInvalidArgument,
+        fmt::format("saccades begin from 0 to 180 degrees, and are 0 to {} s apart at least", kLongest_s)};
+  }
   const std::lock_guard lock(mutex_);
   settings_ = wanted;
   return {};
@@ -172,6 +181,19 @@ HeadAngles HeadGaze::with_neck_held(const Eigen::Vector3d& p_Root_m, const Torso
   return solver_.solve(p_Root_m, torso_rad, head_rad, held).head_rad;
 }
 
+bool HeadGaze::jumps_to(const Eigen::Vector3d& p_Root_m, const GazeState& now, std::int64_t now_ns) {
+  if (!settings_.saccades) return false;
+  const auto apart_ns = std::llround(settings_.saccades->apart_s * 1e9);
+  if (last_saccade_ns_ && now_ns - *last_saccade_ns_ < apart_ns) return false;
+  const Eigen::Vector3d middle_m = (now.X_RootEyes[0].translation() + now.X_RootEyes[1].translation()) / 2;
+  const Eigen::Vector3d looks_m = solver_.p_RootFixation_m(now.torso_rad, now.head_rad) - middle_m;
+  const Eigen::Vector3d wanted_m = p_Root_m - middle_m;
+  const double turn_rad = std::atan2(looks_m.cross(wanted_m).norm(), looks_m.dot(wanted_m));
+  if (turn_rad < settings_.saccades->from_rad) return false;
+  last_saccade_ns_ = now_ns;
+  return true;
+}
+
 Status HeadGaze::look_at(const Eigen::Vector3d& p_Root_m) {
   if (!p_Root_m.allFinite() || p_Root_m.norm() > kFarthest_m) {
     return Error{ErrorCode::kInvalidArgument,
@@ -193,8 +215,9 @@ Status HeadGaze::look_at(const Eigen::Vector3d& p_Root_m) {
   Motion motion{p_Root_m, from_rad, found.head_rad, from_rad, clock_.now_ns()};
   motion.neck_s = std::max(settings_.neck_s, time_of_s(found.head_rad - from_rad, 0, kNeckJoints));
   const HeadAngles first_rad = with_neck_held(p_Root_m, now->torso_rad, from_rad);
+  const double shortest_s = time_of_s(first_rad - from_rad, kNeckJoints, kHeadJoints - kNeckJoints);
   motion.eyes_s =
-      std::max(settings_.eyes_s, time_of_s(first_rad - from_rad, kNeckJoints, kHeadJoints - kNeckJoints));
+      jumps_to(p_Root_m, *now, motion.begin_ns) ? shortest_s : std::max(settings_.eyes_s, shortest_s);
   motion_ = motion;
   return {};
 }
@@ -257,7 +280,8 @@ Status HeadGaze::step_to(std::int64_t now_ns) {
   motion.sent_rad.head<kNeckJoints>() =
       motion.start_rad.head<kNeckJoints>() +
       minimum_jerk(share(motion.neck_s)) * (motion.end_rad - motion.start_rad).head<kNeckJoints>();
-  const HeadAngles eyes_rad = with_neck_held(motion.p_Root_m, now->torso_rad, motion.sent_rad);
+  const HeadAngles held_rad = with_neck_held(motion.p_Root_m, now->torso_rad, motion.sent_rad);
+  const HeadAngles eyes_rad = motion.end_rad + settings_.eyes_make_up * (held_rad - motion.end_rad);
   motion.sent_rad.tail<kHeadJoints - kNeckJoints>() =
       motion.start_rad.tail<kHeadJoints - kNeckJoints>() +
       minimum_jerk(share(motion.eyes_s)) * (eyes_rad - motion.start_rad).tail<kHeadJoints - kNeckJoints>();

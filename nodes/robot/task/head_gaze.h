@@ -64,6 +64,9 @@ class HeadGaze final : public IGazeControl, public ISteppable {
   [[nodiscard]] HeadAngles with_neck_held(const Eigen::Vector3d& p_Root_m, const TorsoAngles& torso_rad,
                                           const HeadAngles& head_rad) const;
 
+  // Whether a motion that begins now is a saccade; notes it.
+  bool jumps_to(const Eigen::Vector3d& p_Root_m, const GazeState& now, std::int64_t now_ns);
+
   const std::unique_ptr<RobotModel> model_;  // what the solver looks at
   const int head_link_;
   const GazeSolver solver_;
@@ -73,7 +76,8 @@ class HeadGaze final : public IGazeControl, public ISteppable {
   const IClock& clock_;
   mutable std::mutex mutex_;
   GazeSettings settings_;
-  double progress_ = 1;           // of the motion before
+  double progress_ = 1;  // of the motion before
+  std::optional<std::int64_t> last_saccade_ns_;
   std::optional<Motion> motion_;  // also while the point is only kept in sight
 };
 

@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <array>
 #include <cstdint>
+#include <numbers>
 #include <optional>
 #include <vector>
 
@@ -134,6 +135,16 @@ struct GazeSettings {
   // The eyes look straight ahead with this vergence, and the neck does the rest: points are seen in the
   // middle between both eyes' pictures.
   std::optional<double> vergence_rad{};
+  // 0..1: how much of the head's turning the eyes make up for while the neck is on its way. 1: they keep the
+  // point in sight; 0: they go where they will be in the end, and the neck carries them.
+  double eyes_make_up = 1;
+  // Saccades: to a point this far or farther from where the eyes look, and not sooner after the last one, the
+  // eyes go as fast as they can, whatever eyes_s says.
+  struct Saccades {
+    double from_rad = std::numbers::pi / 12;
+    double apart_s = 0.2;
+  };
+  std::optional<Saccades> saccades{};
 };
 
 class IGazeControl {
@@ -156,7 +167,7 @@ class IGazeControl {
   [[nodiscard]] virtual Result<GazeBody> body() const = 0;
   [[nodiscard]] virtual Result<GazeSettings> settings() const = 0;
   // Holds from the next motion on. kInvalidArgument, and nothing is changed, for what leaves the joints'
-  // limits.
+  // limits or the ranges above.
   virtual Status set_settings(const GazeSettings& settings) = 0;
 };
 

@@ -32,6 +32,27 @@ class MotionEvents {
   double was_at_ = 1;
 };
 
+// All that a client can set, kept under numbers: stor, rest, del. Not thread-safe.
+template <class Settings>
+class Contexts {
+ public:
+  using Now = std::function<Result<Settings>()>;
+  using Restore = std::function<Status(const Settings&)>;
+  // Number 0 is what holds before the first order.
+  Status begin(const Now& now) {
+    if (!kept_.empty()) return {};
+    const Result<int> first = store(now);
+    return first ? Status() : Status(first.error());
+  }
+  // Nothing when the command is none of the three.
+  std::optional<yarp::Bottle> reply(const yarp::Bottle& command, const Now& now, const Restore& restore);
+
+ private:
+  Result<int> store(const Now& now);
+  std::map<int, Settings> kept_;
+  int next_ = 0;
+};
+
 // A hand.
 class CartesianWords {
  public:
@@ -64,6 +85,7 @@ class CartesianWords {
     Kept kept;
     CartesianSettings settings;
   };
+  Result<Context> context() const;
   yarp::Bottle get(const yarp::Bottle& command);
   yarp::Bottle set(const yarp::Bottle& command);
   yarp::Bottle go(const yarp::Bottle& command);
@@ -72,13 +94,11 @@ class CartesianWords {
   yarp::Bottle desired(const CartesianGoal& goal);
   // The device's settings, those of `kept` among them.
   Status apply(CartesianSettings settings, const Kept& kept);
-  Result<int> store();
 
   ICartesianControl& hand_;
   const std::string type_;  // "left", "right"
   Kept kept_;
-  std::map<int, Context> contexts_;
-  int next_context_ = 0;               // 0 is what held before the first order
+  Contexts<Context> contexts_;
   std::optional<CartesianGoal> goal_;  // the last one
   // that is held
   struct Speed {
@@ -113,12 +133,18 @@ class GazeWords {
   // What the device knows nothing of.
   struct Kept {
     bool tracking = false;
-    std::map<std::string, double> numbers;  // by their word, that mean nothing to this robot
+    bool stabilizing = false;         // without a target the eyes keep in sight what they see
+    GazeSettings::Saccades saccades;  // as they are or would be
+    double tolerance = 0;             // means nothing to this robot
   };
   struct Context {
     Kept kept;
     GazeSettings settings;
   };
+  Result<Context> context() const;
+  Status restore(const Context& context);
+  // Whether the gaze is held when there is no target.
+  Status hold(bool stabilizing);
   yarp::Bottle get(const yarp::Bottle& command);
   yarp::Bottle set(const yarp::Bottle& command);
   // bind, clear
@@ -126,13 +152,11 @@ class GazeWords {
   yarp::Bottle place_reply(const yarp::Bottle& command);
   Result<Eigen::Vector3d> place_of(const std::string& kind, const yarp::Bottle& place);
   Result<GazeBody> body();
-  Result<int> store();
 
   IGazeControl& gaze_;
   std::optional<GazeBody> body_;
   Kept kept_;
-  std::map<int, Context> contexts_;
-  int next_context_ = 0;
+  Contexts<Context> contexts_;
   bool has_target_ = false;
   MotionEvents events_;
 };
