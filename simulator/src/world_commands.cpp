@@ -77,9 +77,9 @@ std::string run_world_command(Simulation::Impl& simulation, const std::string& l
   Words split = split_words(line);
   if (!split.trouble.empty()) return fail_reply("cannot read the line", split.trouble);
   if (split.words.empty()) return fail_reply("unrecognized command", "say world help");
-  // the first word may be left out: `nido world list`
+  // the first word may be left out: `nido world list`; a vocabulary word of YARP has four letters
   Arguments arguments(std::move(split.words));
-  if (arguments.peek() == "world") arguments.skip();
+  if (arguments.peek() == "world" || arguments.peek() == "worl") arguments.skip();
   const std::string name = arguments.peek();
   arguments.skip();
   if (name == "help") return help(arguments);

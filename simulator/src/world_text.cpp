@@ -3,6 +3,7 @@
 #include <charconv>
 #include <cmath>
 #include <cstdio>
+#include <string_view>
 
 #include "nido/simulator/simulation.h"
 
@@ -46,7 +47,7 @@ Words split_words(const std::string& line) {
     if (c == '"') {
       inside = !inside;
       any = true;
-    } else if (!inside && (c == ' ' || c == '\t' || c == '\n' || c == '\r' || c == '(' || c == ')')) {
+    } else if (!inside && std::string_view(" \t\n\r()[]").find(c) != std::string_view::npos) {
       if (any) out.words.push_back(word);
       word.clear();
       any = false;
