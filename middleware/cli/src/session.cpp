@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <chrono>
 #include <csignal>
@@ -92,16 +93,39 @@ Result<std::shared_ptr<const AnyType>> type_named(const Session& session, const 
   return std::shared_ptr<const AnyType>();
 }
 
+namespace {
+
+constexpr std::array<int, 3> kSignals = {SIGINT, SIGTERM, SIGALRM};
+
+// As long as it exists, signals wait for this thread, and threads that are started never get any: they are
+// not interrupted in their work.
+class SignalsWait {
+ public:
+  SignalsWait() {
+    sigset_t mask;
+    sigemptyset(&mask);
+    for (const int number : kSignals) sigaddset(&mask, number);
+    pthread_sigmask(SIG_BLOCK, &mask, &before_);
+  }
+  ~SignalsWait() { pthread_sigmask(SIG_SETMASK, &before_, nullptr); }
+  SignalsWait(const SignalsWait&) = delete;
+  SignalsWait& operator=(const SignalsWait&) = delete;
+
+ private:
+  sigset_t before_{};
+};
+
+}  // namespace
+
 void catch_signals() {
   struct sigaction action {};
   action.sa_handler = on_signal;
-  sigaction(SIGINT, &action, nullptr);
-  sigaction(SIGTERM, &action, nullptr);
-  sigaction(SIGALRM, &action, nullptr);
+  for (const int number : kSignals) sigaction(number, &action, nullptr);
 }
 
 Result<Session> join(const Common& common, Ending ending) {
   catch_signals();
+  const SignalsWait until_it_is_there;
   ends_soon = ending == Ending::kSoon;
   NodeOptions options;
   options.name = fmt::format("nido_{}", getpid());
