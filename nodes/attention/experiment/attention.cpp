@@ -46,9 +46,9 @@ Status play(const Request& request, const Lane& lane, const std::string& method,
   const fs::path out = fs::absolute(fs::path(request.out) / fmt::format("{}-{:03d}", method, first));
   const Status done =
       run_app_once({"attention",
-                    {"--seed", std::to_string(request.seed), "--rate", "max", "--lockstep", "--set",
-                     "attention.method=" + method, "--set", fmt::format("attention_trials.first={}", first),
-                     "--set", fmt::format("attention_trials.count={}", count)},
+                    in_lockstep(request.seed, {"--set", "attention.method=" + method, "--set",
+                                               fmt::format("attention_trials.first={}", first), "--set",
+                                               fmt::format("attention_trials.count={}", count)}),
                     out.string()},
                    lane);
   if (!done) return done.error();

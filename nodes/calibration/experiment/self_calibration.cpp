@@ -82,14 +82,13 @@ Result<std::vector<Point>> trial_of(const Request& request, int trial, const Lan
   const BodyCorrections body = draw_wrong_body(seed, request.hand);
   if (Status written = write_robot(robots, body, folder); !written) return written.error();
   const fs::path views = folder / "views.txt";
-  const Status ran =
-      run_app_once({"self_calibration",
-                    {"--robot", (folder / "icub_sim_babbling.yaml").string(), "--seed", std::to_string(seed),
-                     "--rate", "max", "--lockstep", "--hand", request.hand, "--set",
-                     fmt::format("calibration.poses={}", request.poses + request.test_poses), "--set",
-                     "calibration.views_file=" + views.string()},
-                    folder.string()},
-                   lane);
+  const Status ran = run_app_once(
+      {"self_calibration",
+       in_lockstep(seed, {"--robot", (folder / "icub_sim_babbling.yaml").string(), "--hand", request.hand,
+                          "--set", fmt::format("calibration.poses={}", request.poses + request.test_poses),
+                          "--set", "calibration.views_file=" + views.string()}),
+       folder.string()},
+      lane);
   if (!ran) return ran.error();
   auto file = load_views(views);
   if (!file) return file.error();

@@ -29,6 +29,12 @@ Status mark_done(const std::string& folder, const std::string& asked) {
   return mark.flush() ? Status{} : Status{Error{ErrorCode::kFailed, "cannot write " + file.string()}};
 }
 
+std::vector<std::string> in_lockstep(std::uint64_t seed, const std::vector<std::string>& more) {
+  std::vector<std::string> arguments = {"--seed", std::to_string(seed), "--rate", "max", "--lockstep"};
+  arguments.insert(arguments.end(), more.begin(), more.end());
+  return arguments;
+}
+
 Status run_app_once(const AppRun& run, const Lane& lane) {
   const fs::path folder = fs::absolute(run.folder);
   std::error_code failure;

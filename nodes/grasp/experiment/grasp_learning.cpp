@@ -102,17 +102,8 @@ Result<std::vector<Attempt>> run_attempts(const Request& request, const std::fil
                                           std::uint64_t seed, const Lane& lane, int attempts,
                                           const std::vector<std::string>& settings,
                                           const std::string& world) {
-  std::vector<std::string> arguments = {"--seed",
-                                        std::to_string(seed),
-                                        "--rate",
-                                        "max",
-                                        "--lockstep",
-                                        "--world",
-                                        world,
-                                        "--hand",
-                                        request.hand,
-                                        "--robot",
-                                        for_hand("icub_sim_touch", request)};
+  std::vector<std::string> arguments = in_lockstep(
+      seed, {"--world", world, "--hand", request.hand, "--robot", for_hand("icub_sim_touch", request)});
   std::vector<std::string> sets = {fmt::format("grasp_trials.attempts={}", attempts),
                                    fmt::format("grasp_trials.objects=[{}]", fmt::join(request.objects, ", ")),
                                    fmt::format("grasp_trials.pull_N={}", request.pull_N),

@@ -87,13 +87,14 @@ Result<std::vector<nlohmann::json>> try_block(const Request& request, int first,
   if (failure) return Error{ErrorCode::kFailed, out.string() + ": " + failure.message()};
   const fs::path templates = out / "templates.yaml";
   if (const Status written = write_templates(templates); !written) return written.error();
-  const Status done = run_app_once(
-      {"grasp_success",
-       {"--seed", std::to_string(request.seed), "--rate", "max", "--lockstep", "--hand", request.hand,
-        "--set", fmt::format("grasp_success.first={}", first), "--set",
-        "vision.templates=" + templates.string(), "--set", fmt::format("grasp_success.count={}", count)},
-       out.string()},
-      lane);
+  const Status done =
+      run_app_once({"grasp_success",
+                    in_lockstep(request.seed, {"--hand", request.hand, "--set",
+                                               fmt::format("grasp_success.first={}", first), "--set",
+                                               "vision.templates=" + templates.string(), "--set",
+                                               fmt::format("grasp_success.count={}", count)}),
+                    out.string()},
+                   lane);
   if (!done) return done.error();
   auto rows = read();
   if (static_cast<int>(rows.size()) != count)

@@ -61,10 +61,10 @@ Result<nlohmann::json> trials_of(const Request& request, const Block& block, con
   const std::filesystem::path file = out / "trials.json";
   const Status ran =
       run_app_once({"reach_accuracy",
-                    {"--seed", std::to_string(block.seed), "--rate", "max", "--lockstep", "--robot", robot,
-                     "--hand", request.hand, "--set", fmt::format("trials.trials={}", block.balls), "--set",
-                     fmt::format("trials.file={}", file.string()), "--set",
-                     fmt::format("reach.controller={}", block.controller.name)},
+                    in_lockstep(block.seed, {"--robot", robot, "--hand", request.hand, "--set",
+                                             fmt::format("trials.trials={}", block.balls), "--set",
+                                             fmt::format("trials.file={}", file.string()), "--set",
+                                             fmt::format("reach.controller={}", block.controller.name)}),
                     out.string()},
                    lane);
   if (!ran) return ran.error();

@@ -28,12 +28,12 @@ using Results = std::map<int, nlohmann::json>;
 Result<nlohmann::json> lead(const Request& request, int block, int count, const Lane& lane) {
   const auto out =
       std::filesystem::absolute(std::filesystem::path(request.out) / fmt::format("block-{:02d}", block));
-  const Status ran = run_app_once(
-      {"reach_correction",
-       {"--seed", std::to_string(request.seed + 1000 * static_cast<std::uint64_t>(block)), "--rate", "max",
-        "--lockstep", "--hand", request.hand, "--set", fmt::format("trials.trials={}", count)},
-       out.string()},
-      lane);
+  const Status ran =
+      run_app_once({"reach_correction",
+                    in_lockstep(request.seed + 1000 * static_cast<std::uint64_t>(block),
+                                {"--hand", request.hand, "--set", fmt::format("trials.trials={}", count)}),
+                    out.string()},
+                   lane);
   if (!ran) return ran.error();
   const auto file = out / "run" / "led_trials.json";
   std::ifstream stream(file);

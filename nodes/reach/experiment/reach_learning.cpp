@@ -14,6 +14,7 @@
 #include <thread>
 
 #include "nido/experiment/domain.h"
+#include "nido/experiment/kept.h"
 #include "nido/experiment/launched_app.h"
 #include "nido/launcher/paths.h"
 #include "nido/reach/babbling.h"
@@ -87,11 +88,11 @@ Result<LaunchedApp> start(const Request& request, const Babble& babble, int doma
   std::filesystem::remove(log_of(out, babble), absent);  // of an earlier run: it would be taken for progress
   return LaunchedApp::start(
       "reach_babbling",
-      {"--seed", std::to_string(babble.seed), "--rate", "max", "--lockstep", "--hand", request.hand,
-       "--domain", std::to_string(domain), "--out", (out / babble.name).string(), "--set",
-       fmt::format("reach.samples={}", babble.samples), "--set",
-       fmt::format("reach.whole_body={}", babble.whole_body), "--set",
-       fmt::format("reach.samples_file={}", samples_file(out, babble).string())},
+      in_lockstep(babble.seed,
+                  {"--hand", request.hand, "--domain", std::to_string(domain), "--out",
+                   (out / babble.name).string(), "--set", fmt::format("reach.samples={}", babble.samples),
+                   "--set", fmt::format("reach.whole_body={}", babble.whole_body), "--set",
+                   fmt::format("reach.samples_file={}", samples_file(out, babble).string())}),
       (out / (babble.name + ".log")).string());
 }
 

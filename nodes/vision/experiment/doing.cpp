@@ -58,23 +58,11 @@ Status write_world(const TaughtDeed& deed, double x_m, double y_m, const fs::pat
 Result<nlohmann::json> run_robot(const std::string& said, std::size_t voice, const fs::path& world,
                                  const fs::path& knowledge, std::uint64_t seed, const fs::path& folder,
                                  std::vector<std::string> more, const Lane& lane) {
-  std::vector<std::string> arguments = {"--seed",
-                                        std::to_string(seed),
-                                        "--rate",
-                                        "max",
-                                        "--lockstep",
-                                        "--world",
-                                        world,
-                                        "--say",
-                                        said,
-                                        "--voice",
-                                        kVoices[voice % kVoices.size()],
-                                        "--set",
-                                        "vision.taught=" + (knowledge / "taught.yaml").string(),
-                                        "--set",
-                                        "speech.names_file=" + (knowledge / "names.txt").string(),
-                                        "--set",
-                                        "goal_selection.lessons=" + (knowledge / "lessons.txt").string()};
+  std::vector<std::string> arguments =
+      in_lockstep(seed, {"--world", world, "--say", said, "--voice", kVoices[voice % kVoices.size()], "--set",
+                         "vision.taught=" + (knowledge / "taught.yaml").string(), "--set",
+                         "speech.names_file=" + (knowledge / "names.txt").string(), "--set",
+                         "goal_selection.lessons=" + (knowledge / "lessons.txt").string()});
   arguments.insert(arguments.end(), more.begin(), more.end());
   const Status ran = run_app_once({"speech_and_action", arguments, folder.string(), "report.json"}, lane);
   if (!ran) return ran.error();

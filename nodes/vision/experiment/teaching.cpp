@@ -29,12 +29,11 @@ using Rows = std::map<int, std::vector<nlohmann::json>>;
 Result<std::vector<nlohmann::json>> teach(const Request& request, int block, int count, const Lane& lane) {
   const auto out =
       std::filesystem::absolute(std::filesystem::path(request.out) / fmt::format("block-{:02d}", block));
-  const Status done =
-      run_app_once({"teaching",
-                    {"--seed", std::to_string(request.seed + static_cast<std::uint64_t>(block)), "--rate",
-                     "max", "--lockstep", "--set", fmt::format("teaching_trials.count={}", count)},
-                    out.string()},
-                   lane);
+  const Status done = run_app_once({"teaching",
+                                    in_lockstep(request.seed + static_cast<std::uint64_t>(block),
+                                                {"--set", fmt::format("teaching_trials.count={}", count)}),
+                                    out.string()},
+                                   lane);
   if (!done) return done.error();
   const auto file = out / "run" / "teaching.json";
   std::ifstream stream(file);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstdint>
 #include <functional>
 #include <map>
 #include <mutex>
@@ -25,6 +26,10 @@ struct AppRun {
   // Empty: it must end well.
   std::string result = {};
 };
+
+// Arguments of nido launch for a run that is repeatable to the bit and as fast as the machine: seed,
+// lockstep, rate max, then `more`.
+[[nodiscard]] std::vector<std::string> in_lockstep(std::uint64_t seed, const std::vector<std::string>& more);
 
 // Where and while a piece is done.
 struct Lane {
