@@ -17,13 +17,15 @@ namespace nido::yarp::test {
 // Ports of a YARP network of their own, on a thread of their own.
 class HostThread {
  public:
-  explicit HostThread(PortHostOptions options = {}) {
+  // names_port 0: one that nobody has
+  explicit HostThread(PortHostOptions options = {}, int names_port = 0) {
     auto made = EventLoop::create();
     if (!made) throw std::runtime_error(made.error().message);
     loop_ = std::move(*made);
     // programs of other tests have numbers of their own
     for (int tried = 0; host_ == nullptr && tried < 20; ++tried) {
-      options.names_port = 20'000 + (static_cast<int>(getpid()) * 7 + tried * 501) % 20'000;
+      options.names_port =
+          names_port > 0 ? names_port : 20'000 + (static_cast<int>(getpid()) * 7 + tried * 501) % 20'000;
       auto host = PortHost::open(*loop_, options);
       if (host) host_ = std::move(*host);
     }

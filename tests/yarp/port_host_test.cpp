@@ -283,6 +283,33 @@ TEST(ManyConnections, AreBoundedAndTheSilentOnesGo) {
   EXPECT_EQ(to_text(speaks.ask({Value::string("x")})), "[ok]");
 }
 
+TEST(RegisteredPorts, AreKnownAgainWhenTheNameServerIsStartedAgain) {
+  auto names = std::make_unique<HostThread>();
+  const int names_port = names->names_port();
+  PortHostOptions options;
+  options.names = PortHostOptions::Names::kRegister;
+  HostThread registered(options, names_port);
+  PortSpec spec;
+  spec.name = "/here";
+  spec.takes = true;
+  const int number = registered.open(spec);
+  const auto becomes_known = [&] {
+    int found = 0;
+    for (int tried = 0; tried < 3000 && found == 0; ++tried) {
+      names->on_loop([&] {
+        names->host().find("/here",
+                           [&](std::optional<Contact> contact) { found = contact ? contact->port : 0; });
+      });
+      if (found == 0) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    return found;
+  };
+  ASSERT_EQ(becomes_known(), number);
+  names.reset();
+  names = std::make_unique<HostThread>(PortHostOptions{}, names_port);
+  EXPECT_EQ(becomes_known(), number);
+}
+
 TEST(PortHostOptions, OnlyLoopbackIsListenedOn) {
   auto loop = EventLoop::create();
   PortHostOptions options;

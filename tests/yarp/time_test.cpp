@@ -58,5 +58,19 @@ TEST(FollowedTime, KeepsItsOffsetOverAGapThatBothSidesLivedThrough) {
   EXPECT_EQ(time.to_own(100 * kSecond_ns + gap_ns + 40 * kTick_ns, 0), gap_ns + 40 * kTick_ns);
 }
 
+TEST(ClockOffset, AFarSideThatStartsAgainIsNoOlderThanItIs) {
+  ClockOffset offset;
+  std::int64_t now_ns = 1000 * kSecond_ns;
+  for (int tick = 1; tick <= 100; ++tick) {
+    now_ns += kTick_ns;
+    EXPECT_EQ(offset.to_own(60 * kSecond_ns + tick * kTick_ns, now_ns), now_ns);
+  }
+  now_ns += 9 * kSecond_ns;
+  for (int tick = 0; tick <= 100; ++tick) {
+    now_ns += kTick_ns;
+    EXPECT_EQ(offset.to_own(tick * kTick_ns, now_ns), now_ns) << tick;
+  }
+}
+
 }  // namespace
 }  // namespace nido::yarp

@@ -7,6 +7,12 @@
 #include <utility>
 
 namespace nido::yarp {
+namespace {
+
+// between looks whether the name server still knows us
+constexpr auto kLook = std::chrono::seconds(1);
+
+}  // namespace
 
 NamesPlace::NamesPlace(EventLoop& loop, const PortHostOptions& options) : log_(options.log) {
   if (options.names == PortHostOptions::Names::kRegister) {
@@ -26,6 +32,11 @@ NamesPlace::NamesPlace(EventLoop& loop, const PortHostOptions& options) : log_(o
 
 void NamesPlace::add(const Contact& own) {
   if (registry_) return registry_->add_own(own);
+  registered_[own.name] = own;
+  enroll(own);
+}
+
+void NamesPlace::enroll(const Contact& own) {
   client_->ask(fmt::format("register {} tcp {} {}", own.name, own.host, own.port),
                [this, name = own.name](const Result<std::vector<std::string>>& lines) {
                  if (!lines) log_(fmt::format("{} is not registered: {}", name, lines.error().message));
@@ -39,6 +50,7 @@ void NamesPlace::add(const Contact& own) {
 
 void NamesPlace::remove(const std::string& name) {
   if (registry_) return registry_->remove_own(name);
+  registered_.erase(name);
   client_->ask("unregister " + name, [](const auto&) {});
 }
 
@@ -57,7 +69,17 @@ Bottle NamesPlace::answer_bottle(const Bottle& request, const std::string& peer)
 }
 
 void NamesPlace::look_at_clock() {
-  if (client_) client_->look_at_clock();
+  if (!client_) return;
+  client_->look_at_clock();
+  const auto now = std::chrono::steady_clock::now();
+  if (registered_.empty() || now - looked_ < kLook) return;
+  looked_ = now;
+  // a name server that has been started again knows nobody
+  client_->ask("query " + registered_.begin()->first, [this](const Result<std::vector<std::string>>& lines) {
+    const bool forgotten = lines && (lines->empty() || !contact_from_line(lines->front()));
+    if (!forgotten) return;
+    for (const auto& [name, own] : registered_) enroll(own);
+  });
 }
 
 }  // namespace nido::yarp

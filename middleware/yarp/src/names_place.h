@@ -1,6 +1,8 @@
 #pragma once
 
+#include <chrono>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -31,13 +33,17 @@ class NamesPlace {
   // What is asked of the name server here, by line and by Bottle; only if they are served.
   [[nodiscard]] std::string answer(const std::string& line, const std::string& peer);
   [[nodiscard]] Bottle answer_bottle(const Bottle& request, const std::string& peer);
-  // To be called now and then.
+  // To be called now and then: registers again at a name server that has been started again.
   void look_at_clock();
 
  private:
+  void enroll(const Contact& own);
+
   std::optional<NameRegistry> registry_;
   std::string own_name_;
   std::function<void(const std::string&)> log_;
+  std::map<std::string, Contact> registered_;  // elsewhere
+  std::chrono::steady_clock::time_point looked_;
   std::unique_ptr<NameClient> client_;  // last: it answers those who wait when it ends
 };
 

@@ -21,8 +21,11 @@ namespace nido::yarp {
 class ClockOffset {
  public:
   std::int64_t to_own(std::int64_t remote_ns, std::int64_t now_ns) {
-    for (const auto& [remote, own] : known_) {
-      if (remote == remote_ns) return own;
+    // the far side has been started again, or its clock was set back: what was seen before says nothing
+    if (remote_ns < newest_remote_ns_ - kJump_ns) *this = ClockOffset();
+    newest_remote_ns_ = std::max(newest_remote_ns_, remote_ns);
+    for (std::size_t i = 0; i < std::min(next_, known_.size()); ++i) {
+      if (known_[i].first == remote_ns) return known_[i].second;
     }
     // two windows, so that the old one is forgotten without a jump to nothing
     constexpr std::int64_t kWindow_ns = 5'000'000'000;
@@ -39,6 +42,8 @@ class ClockOffset {
 
  private:
   static constexpr std::int64_t kNothing = std::numeric_limits<std::int64_t>::max();
+  static constexpr std::int64_t kJump_ns = 1'000'000'000;
+  std::int64_t newest_remote_ns_ = std::numeric_limits<std::int64_t>::min() / 2;
   std::int64_t window_start_ns_ = std::numeric_limits<std::int64_t>::min() / 2;
   std::int64_t newest_ns_ = kNothing;
   std::int64_t former_ns_ = kNothing;
