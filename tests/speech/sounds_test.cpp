@@ -116,9 +116,12 @@ TEST(Accents, AreAddedToWhatADictionarySays) {
   for (const auto& sounds : with_other_accents({"R AE B AH T"}))               // rabbit
     EXPECT_EQ(sounds.substr(0, 2), "R ");
   EXPECT_TRUE(has(with_other_accents({"K EH R AH T"}), "K EH R IH T"));  // carrot
+  EXPECT_TRUE(has(with_other_accents({"CH EH R IY"}), "CH EH R IH"));    // cherry: old-fashioned English
+  EXPECT_TRUE(has(with_other_accents({"CH EH R IY"}), "CH EH R EH"));    // and Scottish
   const auto cup = with_other_accents({"K AH P"});
   EXPECT_EQ(cup.front(), "K AH P");  // what the dictionary says comes first
   EXPECT_EQ(with_other_accents({"AH", "EY"}), (std::vector<std::string>{"AH", "EY"}));
+  EXPECT_EQ(with_other_accents({"T IY"}), (std::vector<std::string>{"T IY"}));  // not the only vowel
   EXPECT_EQ(with_other_accents({"L EH M"}), (std::vector<std::string>{"L EH M"}));
 }
 

@@ -12,14 +12,16 @@
 namespace nido {
 namespace {
 
+bool is_vowel(const std::string& sound) {
+  return std::string("AEIOU").find(sound.front()) != std::string::npos;
+}
+
 // Without the R that only some say: "tiger", "guitar", "lizard"; not in "rabbit" or "carrot".
 std::vector<std::string> without_r(const std::vector<std::string>& sounds) {
-  const std::string vowels = "AEIOU";
   std::vector<std::string> quiet;
   for (std::size_t i = 0; i < sounds.size(); ++i) {
-    const bool before_vowel =
-        i + 1 < sounds.size() && vowels.find(sounds[i + 1].front()) != std::string::npos;
-    const bool after_vowel = i > 0 && vowels.find(sounds[i - 1].front()) != std::string::npos;
+    const bool before_vowel = i + 1 < sounds.size() && is_vowel(sounds[i + 1]);
+    const bool after_vowel = i > 0 && is_vowel(sounds[i - 1]);
     if (sounds[i] == "R" && after_vowel && !before_vowel) continue;
     quiet.push_back(sounds[i] == "ER" && !before_vowel ? "AH" : sounds[i]);
   }
@@ -40,6 +42,13 @@ std::vector<std::string> with_other_accents(const std::vector<std::string>& pron
     const auto sounds = split_words(pronunciation);
     if (sounds.size() < 2) continue;  // nothing would be left of it
     add(without_r(sounds));
+    if (sounds.back() == "IY" && std::any_of(sounds.begin(), sounds.end() - 1, is_vowel)) {
+      for (const char* last : {"IH", "EH"}) {
+        auto other = sounds;
+        other.back() = last;
+        add(other);
+      }
+    }
     for (const auto& [from, to] : kVowels) {
       auto other = sounds;
       std::replace(other.begin(), other.end(), std::string(from), std::string(to));

@@ -16,7 +16,7 @@ Result<std::map<std::string, std::vector<std::string>>> look_up_pronunciations(
     const std::string& dictionary, const std::set<std::string>& words);
 
 // The same sounds as other accents have them, beside those that are given: the vowels of "bath", "lot" and
-// "rabbit", and no R where no vowel follows (Wells: Accents of English, 1982).
+// "rabbit", the last one of "happy", and no R where no vowel follows (Wells: Accents of English, 1982).
 std::vector<std::string> with_other_accents(const std::vector<std::string>& pronunciations);
 
 }  // namespace nido
