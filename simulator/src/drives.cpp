@@ -15,14 +15,27 @@ constexpr double kFingerGain_1_s = 40;
 constexpr double kVelocityLeash_rad =
     0.1;  // velocity mode: how far its reference may run ahead of a blocked joint
 constexpr double kIdleFriction = 0.01;  // share of the largest torque that a motor without power resists with
-constexpr double kStandstill_rad_s = 1e-3;    // slower joints stand, as far as friction is concerned
-constexpr double kSlowest_rad_s = 1e-4;       // slower motions would take days, and their sums overflow
-constexpr double kDone_rad = 0.0174533;       // 1 degree
+constexpr double kStandstill_rad_s = 1e-3;  // slower joints stand, as far as friction is concerned
+constexpr double kSlowest_rad_s = 1e-4;     // slower motions would take days, and their sums overflow
+constexpr double kDone_rad = 0.0174533;     // 1 degree
+// age of the trajectory of a joint that brakes: it is counted up while the joint stands, for so many periods
+constexpr std::int64_t kBrakes = -10;
+constexpr double kBraked_rad_s = 0.01;        // slower joints have braked
 constexpr double kPeakOfMinimumJerk = 1.875;  // highest by mean velocity
 
 std::string number(double value) {
   std::string text = std::to_string(value);
   return text;
+}
+
+// It has been stopped and does not stand yet.
+bool is_braking(const AxisState& axis) {
+  return axis.measured.mode == JointMode::kPosition && axis.trajectory.age < 0;
+}
+
+// What a motor has left of its torque beside the weight that it bears.
+double spare_torque_Nm(double most_Nm, double gravity_Nm) {
+  return std::max(most_Nm - std::abs(gravity_Nm), 0.1 * most_Nm);
 }
 
 }  // namespace
@@ -312,14 +325,12 @@ Status Drives::stop(int part, int joint) {
   const std::size_t a = axis_index(part, joint);
   AxisState& state = axes_[a];
   const JointInfo& info = axis_info_[a].info;
-  const double here = std::clamp(state.measured.position_rad, info.min_rad, info.max_rad);
   state.measured.mode = JointMode::kPosition;
-  state.measured.target = here;
-  state.reference_rad = here;
-  state.previous_reference_rad = here;
-  state.reference_velocity_rad_s = 0;
+  state.measured.target = std::clamp(state.measured.position_rad, info.min_rad, info.max_rad);
+  state.measured.motion_done = false;
   state.trajectory = {};
-  state.trajectory.coefficient[0] = here;
+  state.trajectory.age = kBrakes;
+  state.trajectory.duration_s = -1.5 * period_s_;  // done when it has stood so long
   publish();
   return {};
 }
@@ -341,6 +352,30 @@ void Drives::start_trajectory(std::size_t axis, double goal_rad) {
 void Drives::advance_reference(std::size_t axis, double period_s) {
   AxisState& state = axes_[axis];
   const JointInfo& info = axis_info_[axis].info;
+  // A joint that is held where it was told to stop swings back to there: so it brakes first, and is held
+  // where it has stood for a while, with what it presses against then, or it would give way. A finger of
+  // several hinges keeps the shape that things have given it only by its brake, until the next command.
+  if (is_braking(state)) {
+    const std::vector<Share>& shares = axis_info_[axis].shares;
+    const bool has_a_shape = shares.size() > 1 && hinges_[shares.front().link].axes.size() == 1;
+    double held = state.measured.position_rad;
+    state.measured.target = std::clamp(held, info.min_rad, info.max_rad);
+    const bool stands = std::abs(state.measured.velocity_rad_s) < kBraked_rad_s;
+    state.trajectory.age = stands ? state.trajectory.age + 1 : kBrakes;
+    if (has_a_shape) state.trajectory.age = std::min<std::int64_t>(state.trajectory.age, -1);
+    if (!is_braking(state)) state.trajectory.duration_s = 0;
+    for (const Share& share : shares) {
+      if (is_braking(state)) break;
+      const double torque = hinge_torque_Nm_[share.link] + gravity_Nm_[share.link];
+      const double most = spare_torque_Nm(hinges_[share.link].max_torque_Nm, gravity_Nm_[share.link]);
+      held += std::clamp(torque / most, -1.0, 1.0) * kServoGive_rad / share.multiplier /
+              static_cast<double>(shares.size());
+    }
+    held = std::clamp(held, info.min_rad, info.max_rad);
+    state.reference_rad = state.previous_reference_rad = state.trajectory.coefficient[0] = held;
+    state.reference_velocity_rad_s = 0;
+    return;
+  }
   state.previous_reference_rad = state.reference_rad;
   double next = state.reference_rad;
   const double reach = info.max_velocity_rad_s * period_s;
@@ -369,8 +404,8 @@ void Drives::advance_reference(std::size_t axis, double period_s) {
 
 void Drives::begin_period(double period_s, const RobotBody& robot) {
   period_s_ = period_s;
-  for (std::size_t a = 0; a < axes_.size(); ++a) advance_reference(a, period_s);
   robot.gravity_torques(gravity_Nm_);
+  for (std::size_t a = 0; a < axes_.size(); ++a) advance_reference(a, period_s);
   std::fill(hinge_torque_Nm_.begin(), hinge_torque_Nm_.end(), 0.0);
   steps_ = 0;
 }
@@ -427,6 +462,7 @@ void Drives::drive(double fraction, RobotBody& robot) {
     double torque = 0;
     bool servo = false;
     bool idle = true;
+    bool is_stopped = true;
     JointFault fault = JointFault::kNone;
     for (const auto& [a, multiplier] : hinge.axes) {
       const AxisState& state = axes_[a];
@@ -438,6 +474,7 @@ void Drives::drive(double fraction, RobotBody& robot) {
       const JointMode mode = state.measured.mode;
       servo = servo || is_servo(mode) || state.at_limit;
       idle = idle && mode == JointMode::kIdle;
+      is_stopped = is_stopped && is_braking(state);
       const double sign = multiplier < 0 ? -1 : 1;
       if (mode == JointMode::kTorque) torque += sign * state.measured.target;
       if (mode == JointMode::kPwm) torque += sign * state.measured.target * hinge.max_torque_Nm;
@@ -454,6 +491,10 @@ void Drives::drive(double fraction, RobotBody& robot) {
       servo = false;
       idle = true;
     }
+    if (servo && is_stopped && fault == JointFault::kNone) {
+      motor(0, spare_torque_Nm(hinge.max_torque_Nm, gravity_Nm_[i]));
+      continue;
+    }
     if (servo) {
       const double error = reference - robot.angle_rad(i);
       const double velocity = std::clamp(feedforward + hinge.gain_1_s * error, -hinge.max_velocity_rad_s,
@@ -465,7 +506,7 @@ void Drives::drive(double fraction, RobotBody& robot) {
         motor(std::copysign(hinge.max_velocity_rad_s, gravity_Nm_[i]), std::abs(gravity_Nm_[i]) - most);
         continue;
       }
-      const double left = std::max(most - std::abs(gravity_Nm_[i]), 0.1 * most);
+      const double left = spare_torque_Nm(most, gravity_Nm_[i]);
       robot.tree().set_motor(i, {velocity, left, hinge.gain_1_s * kServoGive_rad});
       continue;
     }

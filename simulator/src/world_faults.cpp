@@ -84,6 +84,7 @@ std::string all_faults(const Impl& sim) {
 
 void clear_faults(Impl& sim) {
   sim.camera_fault.fill(CameraFault::kNone);
+  sim.films.clear();
   for (std::size_t side = 0; side < kSides.size(); ++side) {
     for (std::size_t pad = 0; pad < kPadCount; ++pad)
       sim.contacts->set_skin_fault(side, pad, SkinFault::kNone);
@@ -100,6 +101,11 @@ std::string camera_fault(Impl& sim, Arguments& arguments) {
   const std::size_t side = read_side(arguments);
   const CameraFault fault = read_fault(arguments, kCameraFaults);
   if (!arguments.ok()) return arguments.failure();
+  // a picture of the fault before must not come back; the left eye's films have even numbers, the right one's
+  // odd
+  if (fault != sim.camera_fault[side]) {
+    for (std::size_t camera = side; camera < sim.films.size(); camera += 2) sim.films[camera] = {};
+  }
   sim.camera_fault[side] = fault;
   return "[ok]";
 }

@@ -10,7 +10,7 @@ namespace {
 using Impl = Simulation::Impl;
 
 constexpr double kFastest = 1000;
-constexpr double kLongestStep_s = 3600;
+constexpr double kLongestStep_s = 10;  // the port answers nobody else meanwhile
 
 std::string ask(Impl& sim, Arguments& arguments, const std::string& request) {
   arguments.end();
@@ -31,7 +31,8 @@ std::string step(Impl& sim, Arguments& arguments) {
   constexpr double kPeriod_s = Simulation::kControlPeriod_s;
   double time_s = kPeriod_s;
   if (!arguments.done())
-    time_s = arguments.number("could not step", "the time (s)", kPeriod_s, kLongestStep_s);
+    time_s = arguments.number("could not step", "the time (s; longer: nido clock step TICKS)", kPeriod_s,
+                              kLongestStep_s);
   return ask(sim, arguments, "step " + std::to_string(std::llround(time_s / kPeriod_s)));
 }
 
@@ -48,7 +49,9 @@ constexpr std::array<WorldVerb, 5> kVerbs = {{
      "world time"},
     {"pause", pause, "", "time stands still; the port still answers", "world pause"},
     {"go", go_on, "", "time goes on", "world go"},
-    {"step", step, "[SECONDS]", "lets 0.01 s or so many seconds pass, then pauses and answers",
+    {"step", step, "[SECONDS]",
+     "lets 0.01 s or so many seconds pass, at most 10, then pauses and answers; the port's other "
+     "clients wait meanwhile, and nido clock pause ends it",
      "world step 0.5"},
     {"rate", rate, "RATE|max", "simulated seconds a second", "world rate 2"},
 }};

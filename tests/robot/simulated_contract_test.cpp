@@ -128,6 +128,9 @@ TEST(SimulatedCamera, FaultsSpoilThePicturesOfOneEyeUntilTheyAreCleared) {
   const auto first = picture(*left);
   EXPECT_TRUE(picture(*left) == first) << "the head moves, the picture does not";
   EXPECT_FALSE(picture(*right) == picture(*right)) << "the other eye sees";
+  ASSERT_EQ(world.command("world fault cam left none"), "[ok]");
+  ASSERT_EQ(world.command("world fault cam left stuck"), "[ok]");
+  EXPECT_FALSE(picture(*left) == first) << "stuck anew, at a later picture";
   ASSERT_EQ(world.command("world fault cam left off"), "[ok]");
   const auto black = picture(*left);
   EXPECT_EQ(black.size(), first.size());

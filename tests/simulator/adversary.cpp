@@ -1,4 +1,5 @@
-// Commands as bad as they come, at 1 kHz, for as long as one likes; no joint may leave its limits.
+// Commands as bad as they come, at 1 kHz, for as long as one likes; no joint may leave its limits, and no
+// hinge that joints turn together (an eye's is turned by version and vergence) its own.
 //   simulator_adversary [COMMANDS [SEED]]
 // Prints the worst of every kind; exit 1 when it is too much: half a degree beyond a limit, a hundredth of a
 // speed or torque.
@@ -12,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "nido/kinematics/robot_model.h"
 #include "nido/simulator/simulation.h"
 
 using namespace nido;
@@ -26,10 +28,13 @@ constexpr std::array<JointMode, 6> kModes = {JointMode::kIdle,     JointMode::kP
 struct Worst {
   double value = 0;
   std::string who;
-  void see(double found, const JointInfo& info, JointMode mode) {
+  void see(double found, const std::string& name) {
     if (found <= value) return;
     value = found;
-    who = info.name + " in " + to_string(mode);
+    who = name;
+  }
+  void see(double found, const JointInfo& info, JointMode mode) {
+    see(found, info.name + " in " + to_string(mode));
   }
 };
 
@@ -66,9 +71,16 @@ int main(int argc, char** argv) {
   auto made = Simulation::create(options);
   if (!made) return std::printf("%s\n", made.error().message.c_str()), 1;
   Simulation& sim = **made;
+  const auto model = RobotModel::load(options.urdf_path);
+  if (!model) return std::printf("%s\n", model.error().message.c_str()), 1;
   Worst beyond_deg;
   Worst speed;
   Worst torque;
+  Worst hinge_beyond_deg;
+  Worst hinge_speed;
+  Eigen::VectorXd axes_rad = model->home_axes();
+  const Eigen::VectorXd hinges_at_0 = model->hinge_angles(0 * axes_rad);
+  Eigen::VectorXd axes_rad_s = axes_rad;
   long refused = 0;
   for (long n = 0; n < commands;) {
     for (int i = 0; i < kCommandsAPeriod; ++i, ++n) {
@@ -103,6 +115,7 @@ int main(int argc, char** argv) {
     }
     if (const Status stepped = sim.step(); !stepped)
       return std::printf("%s\n", stepped.error().message.c_str()), 1;
+    Eigen::Index axis = 0;
     for (std::size_t p = 0; p < sim.parts().size(); ++p) {
       const auto states = sim.joints(static_cast<int>(p));
       for (std::size_t j = 0; j < states.size(); ++j) {
@@ -110,16 +123,31 @@ int main(int argc, char** argv) {
         const JointState& s = states[j];
         const double out = std::max(info.min_rad - s.position_rad, s.position_rad - info.max_rad);
         beyond_deg.see(out * 180 / std::numbers::pi, info, s.mode);
-        // two joints of the eyes share two hinges: one of them may turn faster while the other stands
-        if (!info.name.starts_with("eyes_v"))
-          speed.see(std::abs(s.velocity_rad_s) / info.max_velocity_rad_s, info, s.mode);
+        speed.see(std::abs(s.velocity_rad_s) / info.max_velocity_rad_s, info, s.mode);
         torque.see(std::abs(s.torque_Nm) / info.max_torque_Nm, info, s.mode);
+        axes_rad[axis] = s.position_rad;
+        axes_rad_s[axis++] = s.velocity_rad_s;
       }
+    }
+    const Eigen::VectorXd hinges_rad = model->hinge_angles(axes_rad);
+    const Eigen::VectorXd hinges_rad_s = model->hinge_angles(axes_rad_s) - hinges_at_0;
+    for (std::size_t h = 0; h < model->hinges().size(); ++h) {
+      const Hinge& hinge = model->hinges()[h];
+      const double rad = hinges_rad[static_cast<Eigen::Index>(h)];
+      const double out = std::max(hinge.lower_rad - rad, rad - hinge.upper_rad);
+      hinge_beyond_deg.see(out * 180 / std::numbers::pi, hinge.name);
+      hinge_speed.see(std::abs(hinges_rad_s[static_cast<Eigen::Index>(h)]) / hinge.velocity_rad_s,
+                      hinge.name);
     }
   }
   std::printf("%ld commands, %ld refused, %.0f s simulated\n", commands, refused, sim.time_s());
   std::printf("beyond a limit of position: %.3f degrees (%s)\n", beyond_deg.value, beyond_deg.who.c_str());
   std::printf("speed by its limit: %.4f (%s)\n", speed.value, speed.who.c_str());
   std::printf("torque by its limit: %.4f (%s)\n", torque.value, torque.who.c_str());
-  return beyond_deg.value <= 0.5 && speed.value <= 1.01 && torque.value <= 1.01 ? 0 : 1;
+  std::printf("a hinge beyond its limit: %.3f degrees (%s)\n", hinge_beyond_deg.value,
+              hinge_beyond_deg.who.c_str());
+  std::printf("a hinge's speed by its limit: %.4f (%s)\n", hinge_speed.value, hinge_speed.who.c_str());
+  const bool stays = beyond_deg.value <= 0.5 && hinge_beyond_deg.value <= 0.5;
+  const bool is_slow = speed.value <= 1.01 && hinge_speed.value <= 1.01;
+  return stays && is_slow && torque.value <= 1.01 ? 0 : 1;
 }

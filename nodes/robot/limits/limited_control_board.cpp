@@ -15,6 +15,12 @@ namespace {
 
 // a speed towards a limit may at most cover the rest of the way in this time
 constexpr double kBrakingTime_s = 0.05;
+// a stream that nobody renews ends after this share of the time in which its joints have to stand: the rest
+// is for coming to rest from full speed
+constexpr double kGoodUntil = 0.5;
+// slower joints stand, and nearer ones are at their target
+constexpr double kStanding_rad_s = 0.01;
+constexpr double kArrived_rad = 0.01;
 // nearer to a limit than this, nothing pushes further out
 constexpr double kEdge_rad = 0.005;
 // speeds that come between two control periods are judged over as long a way as one of these
@@ -46,6 +52,27 @@ double clamp_command(ControlMode mode, const JointLimits& limits, double value) 
     default:
       return std::clamp(value, limits.min_rad, limits.max_rad);
   }
+}
+
+// What a stream is made of, in a sentence.
+const char* kind_of(ControlMode mode) {
+  switch (mode) {
+    case ControlMode::kDirect:
+      return "target";
+    case ControlMode::kVelocity:
+      return "speed";
+    case ControlMode::kTorque:
+      return "torque";
+    default:
+      return "duty cycle";
+  }
+}
+
+// There is something to end when nobody renews the stream.
+bool is_on_its_way(const LimitedControlBoard::Stream& stream) {
+  return stream.mode == ControlMode::kDirect     ? stream.wanted != stream.sent
+         : stream.mode == ControlMode::kVelocity ? stream.wanted != 0
+                                                 : true;
 }
 
 // Motions of mode position have speeds of their own from the start.
@@ -208,24 +235,29 @@ Status LimitedControlBoard::step_to(std::int64_t now_ns) {
   if (options_.workspace) options_.workspace->note(axes_, reading->position_rad, target_rad_);
   if (Status inside = stay_inside(*reading); !inside) return inside;
   std::optional<std::string> border;
+  const double good_until_s = kGoodUntil * static_cast<double>(options_.command_timeout_ns) * 1e-9;
   for (const ControlMode mode : kStreamed) {
     std::vector<int> joints;
     std::vector<double> values;
     std::vector<int> to_hold;
+    std::vector<int> ending;  // streams that end in this period with nothing left to do
+    bool is_at_rest = true;   // their joints
     for (int joint = 0; joint < axes(); ++joint) {
       Stream& entry = streams_[at(joint)];
       if (entry.mode != mode) continue;
-      const bool late = now_ns - entry.renewed_ns > options_.command_timeout_ns;
-      if (late && mode == ControlMode::kDirect && entry.wanted != entry.sent) {
-        entry.wanted = entry.sent;
-        report(joint, "target");
-      } else if (late && mode == ControlMode::kVelocity && entry.wanted != 0) {
-        entry.wanted = 0;
-        report(joint, "speed");
-      } else if (late && (mode == ControlMode::kTorque || mode == ControlMode::kPwm)) {
+      const double age_s = static_cast<double>(now_ns - entry.renewed_ns) * 1e-9;
+      const bool late = age_s > good_until_s;
+      if (late && is_on_its_way(entry)) {
         to_hold.push_back(joint);
-        report(joint, mode == ControlMode::kTorque ? "torque" : "duty cycle");
+        report(joint, kind_of(mode));
         continue;
+      }
+      if (late && age_s - dt_s <= good_until_s) {
+        const double left_rad =
+            mode == ControlMode::kDirect ? entry.sent - reading->position_rad[at(joint)] : 0;
+        is_at_rest = is_at_rest && std::abs(left_rad) < kArrived_rad &&
+                     std::abs(reading->velocity_rad_s[at(joint)]) < kStanding_rad_s;
+        ending.push_back(joint);
       }
       joints.push_back(joint);
       values.push_back(
@@ -235,6 +267,8 @@ Status LimitedControlBoard::step_to(std::int64_t now_ns) {
       if (const auto rule = brake(mode, joints, values, *reading, dt_s)) border = rule;
     }
     if (Status sent = send_changes(mode, joints, values); !sent) return sent;
+    // what others of the stream do when they are stopped moves these, too
+    if (!is_at_rest || !to_hold.empty()) to_hold.insert(to_hold.end(), ending.begin(), ending.end());
     if (Status held = hold(to_hold); !held) return held;
   }
   tell_border(border);
@@ -273,7 +307,7 @@ void LimitedControlBoard::forget(std::span<const int> joints) {
 void LimitedControlBoard::report(int joint, const std::string& what) const {
   if (!options_.report) return;
   options_.report(fmt::format("{} joint {}: no new {} for {} ms, stopped", options_.part, joint, what,
-                              options_.command_timeout_ns / 1'000'000));
+                              kGoodUntil * static_cast<double>(options_.command_timeout_ns) * 1e-6));
 }
 
 LimitedControlBoard::Memory LimitedControlBoard::memory() const {

@@ -5,6 +5,13 @@
 #include <utility>
 
 namespace nido::sim {
+namespace {
+
+// even for the left eye's cameras and odd for the right one's, so that the world port can forget what an eye
+// shows
+std::size_t film_number(Eye eye, std::size_t camera) { return 2 * camera + (eye == Eye::kLeft ? 0 : 1); }
+
+}  // namespace
 
 Result<std::unique_ptr<SimulatedCamera>> SimulatedCamera::create(std::shared_ptr<SimulatedRobot> robot,
                                                                  Eye eye, const Camera& optics,
@@ -34,7 +41,7 @@ SimulatedCamera::SimulatedCamera(std::shared_ptr<SimulatedRobot> robot, std::opt
       eye_(eye),
       camera_(camera),
       noise_(std::move(noise)),
-      film_(eye ? robot_->add_film() : 0) {}
+      film_(eye ? film_number(*eye, robot_->add_film()) : 0) {}
 
 Status SimulatedCamera::open_shutter() {
   const std::lock_guard lock(mutex_);
