@@ -76,7 +76,10 @@ struct RobotModel::Loader {
         out.hinge = static_cast<int>(model.hinges_.size());
         model.hinges_.push_back(hinge);
       } else if (joint->type != urdf::Joint::FIXED) {
-        return refuse("joint \"" + joint->name + "\" is neither revolute nor fixed, which is not supported");
+        return refuse(
+            "joint \"" + joint->name +
+            "\" is neither revolute nor fixed: a robot here has no other joints (one that turns for "
+            "ever can be a revolute one with wide limits)");
       }
     }
     if (is_turned) {

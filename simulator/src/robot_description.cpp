@@ -115,8 +115,11 @@ struct Reader {
         if (!add(child, index, X_LinkChild)) return false;
         continue;
       }
-      if ((joint->type != urdf::Joint::REVOLUTE && joint->type != urdf::Joint::CONTINUOUS)) {
-        trouble = "joint " + joint->name + " is neither a hinge (revolute) nor fixed";
+      if (joint->type != urdf::Joint::REVOLUTE) {
+        trouble =
+            "joint \"" + joint->name +
+            "\" is neither revolute nor fixed: a robot here has no other joints (one that turns for ever "
+            "can be a revolute one with wide limits)";
         return false;
       }
       if (!joint->limits) {

@@ -4,6 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <limits>
 #include <numbers>
 #include <random>
@@ -90,6 +93,29 @@ TEST(Simulation, another_urdf_is_another_robot) {
   const auto other = make(options);
   ASSERT_TRUE(other->restore_snapshot(sim->snapshot(), "snapshot").ok());
   EXPECT_EQ(other->complete_hash(), sim->complete_hash());
+}
+
+TEST(Simulation, joints_that_are_no_hinges_are_refused_by_their_names) {
+  std::ifstream file(config("robots/arm.urdf"));
+  const std::string hinges{std::istreambuf_iterator<char>(file), {}};
+  const std::string hinge = "type=\"revolute\"";
+  const std::size_t first = hinges.find(hinge);
+  ASSERT_NE(first, std::string::npos);
+  for (const std::string type : {"prismatic", "continuous", "planar", "floating"}) {
+    SimulationOptions options;
+    options.urdf_path = std::filesystem::path(testing::TempDir()) / ("arm_" + type + ".urdf");
+    std::string text = hinges;
+    std::ofstream(options.urdf_path) << text.replace(first, hinge.size(), "type=\"" + type + "\"");
+    const auto refused = Simulation::create(options);
+    ASSERT_FALSE(refused.ok()) << type;
+    EXPECT_NE(refused.error().message.find("is neither revolute nor fixed"), std::string::npos)
+        << refused.error().message;
+    const auto model = RobotModel::load(options.urdf_path);
+    ASSERT_FALSE(model.ok()) << type;
+    EXPECT_NE(model.error().message.find("is neither revolute nor fixed"), std::string::npos)
+        << model.error().message;
+    std::filesystem::remove(options.urdf_path);
+  }
 }
 
 TEST(Simulation, runs_repeat_bit_for_bit_and_from_reset_and_restore) {
