@@ -10,7 +10,7 @@ namespace {
 using Impl = Simulation::Impl;
 
 constexpr double kFastest = 1000;
-constexpr double kLongestStep_s = 10;  // the port answers nobody else meanwhile
+constexpr double kLongestStep_s = 60;  // the port answers nobody else meanwhile
 
 std::string ask(Impl& sim, Arguments& arguments, const std::string& request) {
   arguments.end();
@@ -50,7 +50,7 @@ constexpr std::array<WorldVerb, 5> kVerbs = {{
     {"pause", pause, "", "time stands still; the port still answers", "world pause"},
     {"go", go_on, "", "time goes on", "world go"},
     {"step", step, "[SECONDS]",
-     "lets 0.01 s or so many seconds pass, at most 10, then pauses and answers; the port's other "
+     "lets 0.01 s or so many seconds pass, at most 60, then pauses and answers; the port's other "
      "clients wait meanwhile, and nido clock pause ends it",
      "world step 0.5"},
     {"rate", rate, "RATE|max", "simulated seconds a second", "world rate 2"},

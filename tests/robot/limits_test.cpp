@@ -124,7 +124,7 @@ TEST_P(StreamTimeout, AJointStopsWhenItsCommandIsNotRenewed) {
   };
   // renewed within the time: it goes on
   for (int period = 0; period < 20; ++period) {
-    if (period % 5 == 0) {
+    if (period % 6 == 0) {
       ASSERT_TRUE(command().ok());
     }
     rig.advance();
@@ -132,8 +132,8 @@ TEST_P(StreamTimeout, AJointStopsWhenItsCommandIsNotRenewed) {
   const double moving_rad = rig.board().read_joints()->position_rad[0];
   EXPECT_GT(moving_rad, 0.205);
   EXPECT_TRUE(reports.empty()) << reports.front();
-  // never renewed again: it stands 100 ms after the last command, which was 50 ms ago
-  for (int period = 0; period < 5; ++period) rig.advance();
+  // never renewed again: it stands 100 ms after the last command, which was 20 ms ago
+  for (int period = 0; period < 8; ++period) rig.advance();
   const double stopped_rad = rig.board().read_joints()->position_rad[0];
   for (int period = 0; period < 50; ++period) rig.advance();
   EXPECT_EQ(rig.board().read_joints()->position_rad[0], stopped_rad);

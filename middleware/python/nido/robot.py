@@ -188,7 +188,7 @@ class Part:
 
     def command(self, mode, values):
         """One piece of a stream for all joints: "direct" (degrees), "velocity" (degrees/s) or "torque" (N m). A joint stops
-        when nothing has come for 50 ms, so say it again, faster than that."""
+        when nothing has come for 65 ms, so say it again, faster than that."""
         heads = {"direct": "dpos", "velocity": "vmos", "torque": "dtqs"}
         if mode not in heads:
             raise Error(f"there is no mode '{mode}': {', '.join(heads)}")

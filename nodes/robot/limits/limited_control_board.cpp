@@ -17,7 +17,7 @@ namespace {
 constexpr double kBrakingTime_s = 0.05;
 // a stream that nobody renews ends after this share of the time in which its joints have to stand: the rest
 // is for coming to rest from full speed
-constexpr double kGoodUntil = 0.5;
+constexpr double kGoodUntil = 0.65;
 // slower joints stand, and nearer ones are at their target
 constexpr double kStanding_rad_s = 0.01;
 constexpr double kArrived_rad = 0.01;
