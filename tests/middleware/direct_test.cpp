@@ -29,6 +29,9 @@ void* allocate(std::size_t size) {
 
 }  // namespace
 
+// With some options GCC takes one of these into its caller and not the other, and sees free() for what came
+// from operator new.
+#pragma GCC diagnostic ignored "-Wmismatched-new-delete"
 void* operator new(std::size_t size) { return allocate(size); }
 void* operator new[](std::size_t size) { return allocate(size); }
 void operator delete(void* memory) noexcept { std::free(memory); }
