@@ -15,9 +15,9 @@ namespace {
 
 // a speed towards a limit may at most cover the rest of the way in this time
 constexpr double kBrakingTime_s = 0.05;
-// a stream that nobody renews ends after this share of the time in which its joints have to stand: the rest
-// is for coming to rest from full speed
-constexpr double kGoodUntil = 0.65;
+// a stream that nobody renews ends after 65 of 100 parts of the time in which its joints have to stand: the
+// rest is for coming to rest from full speed
+std::int64_t good_until_ns(const LimitOptions& options) { return options.command_timeout_ns / 100 * 65; }
 // slower joints stand, and nearer ones are at their target
 constexpr double kStanding_rad_s = 0.01;
 constexpr double kArrived_rad = 0.01;
@@ -235,7 +235,7 @@ Status LimitedControlBoard::step_to(std::int64_t now_ns) {
   if (options_.workspace) options_.workspace->note(axes_, reading->position_rad, target_rad_);
   if (Status inside = stay_inside(*reading); !inside) return inside;
   std::optional<std::string> border;
-  const double good_until_s = kGoodUntil * static_cast<double>(options_.command_timeout_ns) * 1e-9;
+  const double good_until_s = static_cast<double>(good_until_ns(options_)) * 1e-9;
   for (const ControlMode mode : kStreamed) {
     std::vector<int> joints;
     std::vector<double> values;
@@ -307,7 +307,7 @@ void LimitedControlBoard::forget(std::span<const int> joints) {
 void LimitedControlBoard::report(int joint, const std::string& what) const {
   if (!options_.report) return;
   options_.report(fmt::format("{} joint {}: no new {} for {} ms, stopped", options_.part, joint, what,
-                              kGoodUntil * static_cast<double>(options_.command_timeout_ns) * 1e-6));
+                              good_until_ns(options_) / 1'000'000));
 }
 
 LimitedControlBoard::Memory LimitedControlBoard::memory() const {

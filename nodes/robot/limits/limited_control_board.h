@@ -19,8 +19,9 @@
 namespace nido {
 
 struct LimitOptions {
-  std::string part;                               // of the messages: "left_arm"
-  std::int64_t command_timeout_ns = 100'000'000;  // age at which a streamed command ends
+  std::string part;  // of the messages: "left_arm"
+  // after the last streamed command its joints stand; the stream ends at 65 of 100 parts of it
+  std::int64_t command_timeout_ns = 100'000'000;
   std::vector<JointLimits> narrower{};     // (axes) or empty: only what is narrower than the device's counts
   std::shared_ptr<const Safety> safety{};  // may be null: commands are always allowed
   std::shared_ptr<Workspace> workspace{};  // of all boards of the robot; may be null: no borders
