@@ -69,6 +69,12 @@ int become(const std::string& what, const std::string& prefix, const std::string
   auto places = find_places();
   if (!places) return print_error(places.error(), false);
   const auto names = names_of(*places, prefix);
+  if (names.empty()) {
+    return print_error(
+        {ErrorCode::kNotFound, fmt::format("no {}s are built beside {}: ./test builds everything", what,
+                                           (places->programs / "nido").string())},
+        false);
+  }
   if (std::find(names.begin(), names.end(), name) == names.end()) {
     const std::string near = nearest_word(name, names);
     return print_error(
