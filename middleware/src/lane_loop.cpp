@@ -93,20 +93,6 @@ void LaneLoop::post(std::function<void()> work, std::chrono::milliseconds delay)
   wake();
 }
 
-void LaneLoop::expect() {
-  ++expected_;
-  awake_until_ = Steady::now() + kMostAwake;
-}
-
-void LaneLoop::came() { expected_ = std::max(expected_ - 1, 0); }
-
-bool LaneLoop::is_awake() {
-  if (expected_ > 0 && Steady::now() >= awake_until_) {
-    expected_ = 0;
-  }
-  return expected_ > 0;
-}
-
 int LaneLoop::work_off() {
   for (;;) {
     std::function<void()> work;
@@ -131,12 +117,7 @@ void LaneLoop::serve() {
   std::array<epoll_event, 32> ready{};
   int wait_ms = -1;
   for (;;) {
-    const bool stays_awake = is_awake();
-    if (stays_awake) {
-      std::this_thread::yield();  // to whom it waits for, if that is on the same processor
-    }
-    const int count =
-        epoll_wait(events_.get(), ready.data(), static_cast<int>(ready.size()), stays_awake ? 0 : wait_ms);
+    const int count = epoll_wait(events_.get(), ready.data(), static_cast<int>(ready.size()), wait_ms);
     bool is_woken = wait_ms >= 0;
     for (int i = 0; i < count; ++i) {
       const epoll_event& event = ready[static_cast<std::size_t>(i)];

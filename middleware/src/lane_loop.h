@@ -39,11 +39,6 @@ class LaneLoop {
   void change(std::uint64_t id, int fd, std::uint32_t epoll_events);
   // A call that is going on may still end after this.
   void remove(std::uint64_t id, int fd);
-  // On the thread alone: something comes in a moment, for which the thread stays awake, as it takes longer to
-  // wake up than the thing to come; it came. Who does not come is waited for no longer than kMostAwake.
-  void expect();
-  void came();
-  static constexpr std::chrono::microseconds kMostAwake{200};
   // Called on the thread, soon or not before a delay is over.
   void post(std::function<void()> work, std::chrono::milliseconds delay = std::chrono::milliseconds(0));
   // True on the thread of any loop: it may not wait for what other threads of its kind do.
@@ -53,7 +48,6 @@ class LaneLoop {
   using Steady = std::chrono::steady_clock;
   void serve();
   void wake() const;
-  bool is_awake();
   // Does what is due; milliseconds until the next, -1 for none.
   int work_off();
 
@@ -64,9 +58,6 @@ class LaneLoop {
   std::uint64_t last_id_ = 0;
   std::map<std::uint64_t, std::shared_ptr<Served>> served_;
   std::multimap<Steady::time_point, std::function<void()>> posted_;
-  // of the thread alone
-  int expected_ = 0;
-  Steady::time_point awake_until_;
   std::thread thread_;
 };
 

@@ -18,6 +18,21 @@ constexpr int kMostAtOnce = 16;
 
 }  // namespace
 
+class LaneReader::Bell final : public LaneLoop::Served {
+ public:
+  explicit Bell(std::weak_ptr<LaneReader> reader) : reader_(std::move(reader)) {}
+  void on_ready(std::uint32_t /*epoll_events*/) override {
+    if (const auto reader = reader_.lock()) {
+      if (const auto sink = reader->sink_.lock()) {
+        reader->read_board(*sink);
+      }
+    }
+  }
+
+ private:
+  const std::weak_ptr<LaneReader> reader_;
+};
+
 LaneReader::LaneReader(std::shared_ptr<LaneLoop> loop, const Guid& writer, const Guid& reader,
                        std::weak_ptr<LaneSink> sink)
     : loop_(std::move(loop)),
@@ -89,6 +104,9 @@ void LaneReader::shut() {
   is_open_ = false;
   if (fd_.is_open()) {
     loop_->remove(id_, fd_.get());
+    if (bell_id_ != 0) {
+      loop_->remove(bell_id_, board_->bell());
+    }
     // the number stays taken until the loop is surely done with it
     shutdown(fd_.get(), SHUT_RDWR);
   }
@@ -159,47 +177,67 @@ void LaneReader::send_answers() {
   }
 }
 
-bool LaneReader::map_slot(const FrameHeader& header, const Fd& file) {
-  if (!file.is_open()) {
-    return slots_.contains(header.slot);
-  }
+void LaneReader::map_slot(const FrameHeader& header, const Fd& file) {
   void* memory = mmap(nullptr, header.slot_bytes, PROT_READ, MAP_SHARED | MAP_POPULATE, file.get(), 0);
   if (memory == MAP_FAILED) {
-    return false;
+    return;
   }
   Slot& slot = slots_[header.slot];
   if (slot.memory != nullptr) {
     munmap(const_cast<std::uint8_t*>(slot.memory), slot.bytes);
   }
   slot = {static_cast<const std::uint8_t*>(memory), header.slot_bytes};
-  return true;
+}
+
+bool LaneReader::take_board(LaneFiles files) {
+  auto board = LaneBoardInput::make(std::move(files[0]), files[1]);
+  const std::lock_guard lock(mutex_);
+  if (!board || board_ || !is_open_) {
+    return false;
+  }
+  bell_id_ = loop_->add(board->bell(), std::make_shared<Bell>(weak_from_this()), EPOLLIN | EPOLLET);
+  if (bell_id_ != 0) {
+    board_ = std::move(board);
+  }
+  return bell_id_ != 0;
+}
+
+void LaneReader::read_board(LaneSink& sink) {
+  if (const auto header = board_ ? board_->read(last_ + 1) : std::nullopt) {
+    deliver_shared(sink, *header);
+  }
+}
+
+void LaneReader::deliver_shared(LaneSink& sink, const FrameHeader& header) {
+  last_ = header.sequence;
+  FrameHeader read;
+  read.kind = FrameKind::kRelease;
+  read.slot = header.slot;
+  // without its file, for which there is no room in this process, a message is lost, and counted by the next
+  // one; the output is told to pass the file along again
+  if (const auto slot = slots_.find(header.slot);
+      slot != slots_.end() && kSlotHead_bytes + header.size <= slot->second.bytes) {
+    read.slot_bytes = header.slot_bytes;
+    sink.on_lane_frame(writer_, header, {slot->second.memory + kSlotHead_bytes, header.size});
+  }
+  answer(read);
 }
 
 bool LaneReader::receive_one(LaneSink& sink) {
-  iovec part{buffer_.data(), buffer_.size()};
-  alignas(cmsghdr) std::array<char, CMSG_SPACE(sizeof(int))> control{};
-  msghdr message{};
-  message.msg_iov = &part;
-  message.msg_iovlen = 1;
-  message.msg_control = control.data();
-  message.msg_controllen = control.size();
-  const ssize_t size = recvmsg(fd_.get(), &message, MSG_DONTWAIT | MSG_CMSG_CLOEXEC);
+  LaneFiles files;
+  const ssize_t size = receive_packet(fd_.get(), buffer_, files);
   if (size < 0 && (errno == EAGAIN || errno == EINTR)) {
     return false;
   }
-  Fd file;
-  if (const cmsghdr* const head = CMSG_FIRSTHDR(&message);
-      head != nullptr && head->cmsg_level == SOL_SOCKET && head->cmsg_type == SCM_RIGHTS) {
-    int fd = -1;
-    std::memcpy(&fd, CMSG_DATA(head), sizeof fd);
-    file = Fd(fd);
-  }
   FrameHeader header;
   if (size < static_cast<ssize_t>(sizeof header)) {
+    read_board(sink);
     end();
     return false;
   }
   std::memcpy(&header, buffer_.data(), sizeof header);
+  // what was told before this was sent
+  read_board(sink);
   const std::span<const std::uint8_t> inline_payload(buffer_.data() + sizeof header,
                                                      static_cast<std::size_t>(size) - sizeof header);
   switch (header.kind) {
@@ -210,27 +248,22 @@ bool LaneReader::receive_one(LaneSink& sink) {
       sink.on_lane_start(writer_);
       return true;
     case FrameKind::kMessage:
+      last_ = header.sequence;
       if (header.size <= inline_payload.size()) {
         sink.on_lane_frame(writer_, header, inline_payload.first(header.size));
       }
       return true;
-    case FrameKind::kSoon:
-      loop_->expect();
-      return true;
-    case FrameKind::kShared: {
-      loop_->came();
-      FrameHeader read;
-      read.kind = FrameKind::kRelease;
-      read.slot = header.slot;
-      // without its file, for which there is no room in this process, a message is lost, and counted by the
-      // next one; the output is told to pass the file along again
-      if (map_slot(header, file) && kSlotHead_bytes + header.size <= slots_[header.slot].bytes) {
-        read.slot_bytes = header.slot_bytes;
-        sink.on_lane_frame(writer_, header, {slots_[header.slot].memory + kSlotHead_bytes, header.size});
+    case FrameKind::kBoard:
+      if (take_board(std::move(files))) {
+        answer(header);
       }
-      answer(read);
       return true;
-    }
+    case FrameKind::kShared:
+      if (files[0].is_open()) {
+        map_slot(header, files[0]);
+      }
+      deliver_shared(sink, header);
+      return true;
     case FrameKind::kSync: {
       FrameHeader same;
       same.kind = FrameKind::kSync;

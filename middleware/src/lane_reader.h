@@ -8,7 +8,9 @@
 #include <span>
 #include <vector>
 
+#include "lane_board.h"
 #include "lane_loop.h"
+#include "lane_packet.h"
 
 namespace nido {
 
@@ -43,6 +45,8 @@ class LaneReader final : public LaneLoop::Served, public std::enable_shared_from
   void on_ready(std::uint32_t epoll_events) override;
 
  private:
+  // The bell of the lane's board.
+  class Bell;
   struct Slot {
     const std::uint8_t* memory = nullptr;
     std::size_t bytes = 0;
@@ -57,7 +61,12 @@ class LaneReader final : public LaneLoop::Served, public std::enable_shared_from
   bool start();
   // False when the lane has ended.
   bool receive_one(LaneSink& sink);
-  bool map_slot(const FrameHeader& header, const Fd& file);
+  // False when it cannot be watched.
+  bool take_board(LaneFiles files);
+  // Takes the message that is told there, if it is the next one.
+  void read_board(LaneSink& sink);
+  void deliver_shared(LaneSink& sink, const FrameHeader& header);
+  void map_slot(const FrameHeader& header, const Fd& file);
   void answer(const FrameHeader& header);
   void send_answers();
   void end();
@@ -70,12 +79,15 @@ class LaneReader final : public LaneLoop::Served, public std::enable_shared_from
   std::mutex mutex_;  // of what follows
   Fd fd_;
   std::uint64_t id_ = 0;
+  std::uint64_t bell_id_ = 0;
   bool is_open_ = true;
   bool is_started_ = false;
 
   // of the loop's thread alone
   std::vector<std::uint8_t> buffer_;
   std::map<std::uint32_t, Slot> slots_;
+  std::unique_ptr<LaneBoardInput> board_;
+  std::uint64_t last_ = 0;  // number of the last message
   std::deque<FrameHeader> answers_;  // that there was no room for
   bool waits_for_room_ = false;
 };

@@ -34,7 +34,7 @@ enum class FrameKind : std::uint32_t {
   kMessage,             // to the input: the payload follows
   kShared,              // to the input: the payload is in `slot`, whose file comes with its first use
   kRelease,             // to the output: `slot` has been read; slot_bytes 0: its file did not come along
-  kSoon,                // to the input: a large message is being written, and follows in a moment
+  kBoard,               // to the input: a bell and a board come along (lane_board.h); it answers with the same
   kSync,                // to the input: everything up to `sequence` has been sent; it answers with the same
 };
 

@@ -10,6 +10,9 @@
 #include <chrono>
 #include <utility>
 
+#include "lane_board.h"
+#include "lane_packet.h"
+
 namespace nido {
 
 namespace {
@@ -23,8 +26,6 @@ constexpr std::size_t kMostHeld = 16;
 constexpr std::size_t kMostHeldBestEffort = 4;
 // until it is tried again what the system had no memory for
 constexpr auto kPause = std::chrono::milliseconds(10);
-// a message that is written faster than this is there before an input has woken up for it
-constexpr auto kWorthAnnouncing = std::chrono::microseconds(20);
 // packets that wait to be used again
 constexpr std::size_t kSpareFrames = 16;
 
@@ -87,6 +88,8 @@ class LaneWriter::Lane final : public LaneLoop::Served, public std::enable_share
   std::uint64_t id = 0;
   bool waits_for_socket = false;
   bool is_flushed_later = false;
+  std::unique_ptr<LaneBoardOutput> board;  // from the first large message on
+  bool has_board = false;                  // the input has got it
   std::deque<FramePtr> pending;
   std::map<std::uint32_t, std::shared_ptr<Slot>> held;
   std::set<std::uint32_t> known_slots;
@@ -192,11 +195,6 @@ std::shared_ptr<LaneWriter::Slot> LaneWriter::free_slot(std::size_t bytes) {
 }
 
 bool LaneWriter::try_send(Lane& lane, const Frame& frame) {
-  iovec part{const_cast<unsigned char*>(frame.bytes.data()), frame.bytes.size()};
-  msghdr message{};
-  message.msg_iov = &part;
-  message.msg_iovlen = 1;
-  alignas(cmsghdr) std::array<char, CMSG_SPACE(sizeof(int))> control{};
   const bool is_new = frame.slot && !lane.known_slots.contains(frame.slot->id);
   if (frame.slot) {
     const std::size_t most = settings_.reliable ? kMostHeld : kMostHeldBestEffort;
@@ -207,19 +205,11 @@ bool LaneWriter::try_send(Lane& lane, const Frame& frame) {
     if (lane.held.size() >= most) {
       return false;
     }
-    if (is_new) {
-      message.msg_control = control.data();
-      message.msg_controllen = control.size();
-      cmsghdr* const head = CMSG_FIRSTHDR(&message);
-      head->cmsg_level = SOL_SOCKET;
-      head->cmsg_type = SCM_RIGHTS;
-      head->cmsg_len = CMSG_LEN(sizeof(int));
-      const int fd = frame.slot->fd.get();
-      std::memcpy(CMSG_DATA(head), &fd, sizeof fd);
-    }
   }
+  const std::array<int, 1> file{is_new ? frame.slot->fd.get() : -1};
   for (;;) {
-    if (sendmsg(lane.fd.get(), &message, MSG_NOSIGNAL | MSG_DONTWAIT) >= 0) {
+    if (send_packet(lane.fd.get(), frame.bytes, is_new ? std::span<const int>(file) : std::span<const int>()) >=
+        0) {
       if (frame.slot) {
         lane.held[frame.slot->id] = frame.slot;
         if (is_new) {
@@ -279,27 +269,45 @@ void LaneWriter::flush(Lane& lane) {
   progress_.notify_all();
 }
 
-void LaneWriter::begin_large() {
-  large_began_ = std::chrono::steady_clock::now();
-  if (last_preparation_ < kWorthAnnouncing || last_preparation_ > LaneLoop::kMostAwake) {
+bool LaneWriter::tell(Lane& lane, const Frame& frame, const FrameHeader& header) {
+  if (!frame.slot || !lane.has_board || !lane.pending.empty() || !lane.known_slots.contains(frame.slot->id)) {
+    return false;
+  }
+  if (!lane.held.empty()) {
+    (void)read_answers(lane);
+  }
+  if (!lane.held.empty()) {
+    return false;
+  }
+  lane.held[frame.slot->id] = frame.slot;
+  lane.board->tell(header);
+  return true;
+}
+
+void LaneWriter::send_board(Lane& lane) {
+  auto board = LaneBoardOutput::make();
+  if (!board) {
     return;
   }
-  FrameHeader soon;
-  soon.kind = FrameKind::kSoon;
-  for (const auto& lane : lanes_) {
-    if (lane->pending.empty()) {
-      // one that gets none is only later to wake up
-      (void)send(lane->fd.get(), &soon, sizeof soon, MSG_NOSIGNAL | MSG_DONTWAIT);
-    }
+  FrameHeader header;
+  header.kind = FrameKind::kBoard;
+  std::array<unsigned char, sizeof header> bytes{};
+  std::memcpy(bytes.data(), &header, sizeof header);
+  const std::array<int, 2> files{board->bell(), board->memory()};
+  if (send_packet(lane.fd.get(), bytes, files) >= 0) {
+    lane.board = std::move(board);
   }
 }
 
 void LaneWriter::distribute(const FramePtr& frame, const FrameHeader& header) {
   std::memcpy(frame->bytes.data(), &header, sizeof header);
-  if (frame->slot) {
-    last_preparation_ = std::chrono::steady_clock::now() - large_began_;
-  }
   for (const auto& lane : lanes_) {
+    if (tell(*lane, *frame, header)) {
+      continue;
+    }
+    if (frame->slot && !lane->board) {
+      send_board(*lane);
+    }
     offer(*lane, frame, false);
   }
   if (settings_.transient_local) {
@@ -347,8 +355,7 @@ Sent LaneWriter::write(const void* message, const Related* related) {
       if (!frame->slot) {
         return Sent::kNoMemory;
       }
-      begin_large();
-      header.kind = FrameKind::kShared;
+          header.kind = FrameKind::kShared;
       header.slot = frame->slot->id;
       header.slot_bytes = static_cast<std::uint32_t>(frame->slot->bytes);
       frame->bytes.resize(sizeof header);
@@ -372,7 +379,6 @@ std::uint8_t* LaneWriter::loan(std::size_t bytes) {
   const std::lock_guard lock(mutex_);
   loan_.reset();
   loan_ = free_slot(std::max(bytes, kMostInline_bytes));
-  begin_large();
   return loan_ ? loan_->payload().data() : nullptr;
 }
 
@@ -460,6 +466,8 @@ LaneWriter::Answers LaneWriter::read_answers(Lane& lane) {
           lane.known_slots.erase(header.slot);
         }
         answers.has_released = true;
+      } else if (header.kind == FrameKind::kBoard) {
+        lane.has_board = true;
       } else if (header.kind == FrameKind::kSync) {
         lane.synced = std::max(lane.synced, header.sequence);
         progress_.notify_all();

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <atomic>
-#include <chrono>
 #include <condition_variable>
 #include <cstdint>
 #include <deque>
@@ -77,9 +76,9 @@ class LaneWriter : public std::enable_shared_from_this<LaneWriter> {
   // all with mutex_ held
   FramePtr spare_frame();
   std::shared_ptr<Slot> free_slot(std::size_t bytes);
-  // The time from a large message's place to its sending is measured; when it lets an input wake up
-  // meanwhile, and no longer than that one stays awake, the next message is announced at its beginning.
-  void begin_large();
+  // Puts it on the lane's board; false for an input that has none, or has not read all that came before.
+  bool tell(Lane& lane, const Frame& frame, const FrameHeader& header);
+  void send_board(Lane& lane);
   void distribute(const FramePtr& frame, const FrameHeader& header);
   void offer(Lane& lane, const FramePtr& frame, bool is_urgent);
   bool try_send(Lane& lane, const Frame& frame);
@@ -111,8 +110,6 @@ class LaneWriter : public std::enable_shared_from_this<LaneWriter> {
   std::vector<std::shared_ptr<Slot>> slots_;
   std::vector<FramePtr> kept_;
   std::shared_ptr<Slot> loan_;
-  std::chrono::steady_clock::time_point large_began_;
-  std::chrono::steady_clock::duration last_preparation_{0};
   std::uint32_t last_slot_ = 0;
   std::uint64_t last_sync_ = 0;
 };
