@@ -28,7 +28,8 @@ LaneBoardOutput::~LaneBoardOutput() {
   }
 }
 
-void LaneBoardOutput::tell(const FrameHeader& header) {
+void LaneBoardOutput::tell(const FrameHeader& header, std::uint64_t after) {
+  page_->after = after;
   page_->header = header;
   page_->sequence.store(header.sequence, std::memory_order_release);
   const std::uint64_t one = 1;
@@ -40,7 +41,8 @@ std::unique_ptr<LaneBoardInput> LaneBoardInput::make(Fd bell, const Fd& memory) 
   if (!bell.is_open() || !memory.is_open()) {
     return nullptr;
   }
-  void* const page = mmap(nullptr, sizeof(LaneBoardPage), PROT_READ, MAP_SHARED | MAP_POPULATE, memory.get(), 0);
+  void* const page =
+      mmap(nullptr, sizeof(LaneBoardPage), PROT_READ, MAP_SHARED | MAP_POPULATE, memory.get(), 0);
   if (page == MAP_FAILED) {
     return nullptr;
   }
@@ -52,8 +54,9 @@ std::unique_ptr<LaneBoardInput> LaneBoardInput::make(Fd bell, const Fd& memory) 
 
 LaneBoardInput::~LaneBoardInput() { munmap(const_cast<LaneBoardPage*>(page_), sizeof(LaneBoardPage)); }
 
-std::optional<FrameHeader> LaneBoardInput::read(std::uint64_t sequence) const {
-  if (page_->sequence.load(std::memory_order_acquire) != sequence) {
+std::optional<FrameHeader> LaneBoardInput::read_after(std::uint64_t last) const {
+  // what has not been read stays as it is
+  if (page_->sequence.load(std::memory_order_acquire) <= last || page_->after > last) {
     return std::nullopt;
   }
   return page_->header;

@@ -16,6 +16,7 @@ namespace nido {
 // room for one message: the output uses it when the input has read all that came before, else the socket.
 struct LaneBoardPage {
   std::atomic<std::uint64_t> sequence;  // of the message below, 0: none yet
+  std::uint64_t after = 0;              // number of the last message that was sent to the input before
   FrameHeader header;
 };
 
@@ -31,7 +32,7 @@ class LaneBoardOutput {
   [[nodiscard]] int bell() const { return bell_.get(); }
   [[nodiscard]] int memory() const { return memory_.get(); }
   // Not before the input has read the message that was told before.
-  void tell(const FrameHeader& header);
+  void tell(const FrameHeader& header, std::uint64_t after);
 
  private:
   LaneBoardOutput() = default;
@@ -51,8 +52,8 @@ class LaneBoardInput {
 
   // Each ring is an event of its own for who waits for it edge-triggered: it need not be read.
   [[nodiscard]] int bell() const { return bell_.get(); }
-  // The message of that number, when it is there.
-  [[nodiscard]] std::optional<FrameHeader> read(std::uint64_t sequence) const;
+  // The message that comes after the one of that number, when it is there.
+  [[nodiscard]] std::optional<FrameHeader> read_after(std::uint64_t last) const;
 
  private:
   LaneBoardInput() = default;

@@ -153,9 +153,10 @@ void LaneReader::on_ready(std::uint32_t epoll_events) {
   }
   for (int i = 0; i < kMostAtOnce; ++i) {
     if (!receive_one(*sink)) {
-      return;
+      break;
     }
   }
+  read_board(*sink);  // what waited for the packets that were sent before
 }
 
 void LaneReader::answer(const FrameHeader& header) {
@@ -203,7 +204,7 @@ bool LaneReader::take_board(LaneFiles files) {
 }
 
 void LaneReader::read_board(LaneSink& sink) {
-  if (const auto header = board_ ? board_->read(last_ + 1) : std::nullopt) {
+  if (const auto header = board_ ? board_->read_after(last_) : std::nullopt) {
     deliver_shared(sink, *header);
   }
 }
@@ -228,6 +229,9 @@ bool LaneReader::receive_one(LaneSink& sink) {
   const ssize_t size = receive_packet(fd_.get(), buffer_, files);
   if (size < 0 && (errno == EAGAIN || errno == EINTR)) {
     return false;
+  }
+  if (size < 0 && errno == ECONNRESET) {
+    return true;  // said once, when the output has gone with answers unread: what it sent can still be read
   }
   FrameHeader header;
   if (size < static_cast<ssize_t>(sizeof header)) {

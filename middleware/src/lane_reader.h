@@ -87,7 +87,7 @@ class LaneReader final : public LaneLoop::Served, public std::enable_shared_from
   std::vector<std::uint8_t> buffer_;
   std::map<std::uint32_t, Slot> slots_;
   std::unique_ptr<LaneBoardInput> board_;
-  std::uint64_t last_ = 0;  // number of the last message
+  std::uint64_t last_ = 0;           // number of the last message
   std::deque<FrameHeader> answers_;  // that there was no room for
   bool waits_for_room_ = false;
 };

@@ -34,8 +34,8 @@ enum class FrameKind : std::uint32_t {
   kMessage,             // to the input: the payload follows
   kShared,              // to the input: the payload is in `slot`, whose file comes with its first use
   kRelease,             // to the output: `slot` has been read; slot_bytes 0: its file did not come along
-  kBoard,               // to the input: a bell and a board come along (lane_board.h); it answers with the same
-  kSync,                // to the input: everything up to `sequence` has been sent; it answers with the same
+  kBoard,  // to the input: a bell and a board come along (lane_board.h); it answers with the same
+  kSync,   // to the input: everything up to `sequence` has been sent; it answers with the same
 };
 
 // The beginning of each packet; both ends are the same program version on the same machine.

@@ -93,6 +93,7 @@ class LaneWriter::Lane final : public LaneLoop::Served, public std::enable_share
   std::deque<FramePtr> pending;
   std::map<std::uint32_t, std::shared_ptr<Slot>> held;
   std::set<std::uint32_t> known_slots;
+  std::uint64_t last_sent = 0;  // number of a message
   std::uint64_t synced = 0;
 
  private:
@@ -208,8 +209,9 @@ bool LaneWriter::try_send(Lane& lane, const Frame& frame) {
   }
   const std::array<int, 1> file{is_new ? frame.slot->fd.get() : -1};
   for (;;) {
-    if (send_packet(lane.fd.get(), frame.bytes, is_new ? std::span<const int>(file) : std::span<const int>()) >=
-        0) {
+    if (send_packet(lane.fd.get(), frame.bytes,
+                    is_new ? std::span<const int>(file) : std::span<const int>()) >= 0) {
+      lane.last_sent = std::max(lane.last_sent, frame.sequence);
       if (frame.slot) {
         lane.held[frame.slot->id] = frame.slot;
         if (is_new) {
@@ -280,7 +282,8 @@ bool LaneWriter::tell(Lane& lane, const Frame& frame, const FrameHeader& header)
     return false;
   }
   lane.held[frame.slot->id] = frame.slot;
-  lane.board->tell(header);
+  lane.board->tell(header, lane.last_sent);
+  lane.last_sent = header.sequence;
   return true;
 }
 
@@ -301,6 +304,7 @@ void LaneWriter::send_board(Lane& lane) {
 
 void LaneWriter::distribute(const FramePtr& frame, const FrameHeader& header) {
   std::memcpy(frame->bytes.data(), &header, sizeof header);
+  frame->sequence = header.sequence;
   for (const auto& lane : lanes_) {
     if (tell(*lane, *frame, header)) {
       continue;
@@ -355,7 +359,7 @@ Sent LaneWriter::write(const void* message, const Related* related) {
       if (!frame->slot) {
         return Sent::kNoMemory;
       }
-          header.kind = FrameKind::kShared;
+      header.kind = FrameKind::kShared;
       header.slot = frame->slot->id;
       header.slot_bytes = static_cast<std::uint32_t>(frame->slot->bytes);
       frame->bytes.resize(sizeof header);

@@ -68,6 +68,7 @@ class LaneWriter : public std::enable_shared_from_this<LaneWriter> {
   // A packet, perhaps with a slot.
   struct Frame {
     std::vector<unsigned char> bytes;
+    std::uint64_t sequence = 0;  // of its message, 0: none
     std::shared_ptr<Slot> slot;
   };
   class Lane;

@@ -1,4 +1,5 @@
 // Handlers, images in place, loops without allocations.
+#include <array>
 #include <atomic>
 #include <condition_variable>
 #include <cstdlib>
@@ -184,7 +185,6 @@ TEST(Direct, AnImageThatWasBegunAndNotSentKeepsNobodyWaiting) {
   ASSERT_TRUE(in.ok()) << in.error().message;
   ASSERT_TRUE((*in)->connect("/giver/image:o"));
   ASSERT_TRUE((*out)->port().wait_for_readers(1, kPatience_s));
-  // the output announces an image from the second on, when it knows how long one takes
   const std::vector<std::uint8_t> expected{0, 1, 2, 3, 4, 5, 6, 7};
   for (const std::uint8_t i : expected) {
     for (const bool is_sent : {false, true}) {
@@ -202,6 +202,79 @@ TEST(Direct, AnImageThatWasBegunAndNotSentKeepsNobodyWaiting) {
   ASSERT_EQ(counters.size(), 1U);
   EXPECT_EQ(counters[0].received, expected.size());
   EXPECT_EQ(counters[0].lost, 0U);
+}
+
+TEST(Direct, LargeAndSmallImagesComeInTheirOrder) {
+  const auto giver = make_node("giver");
+  const auto taker = make_node("taker");
+  auto out = ImageOutput::open(*giver, "/giver/image:o", Profile::kEvent);
+  ASSERT_TRUE(out.ok()) << out.error().message;
+  Tally tally;
+  std::vector<std::uint64_t> sequences;
+  std::vector<std::uint8_t> firsts;
+  std::vector<std::size_t> sizes;
+  auto in = open_image_input(*taker, "/taker/image:i", Profile::kEvent,
+                             [&](const ImageView& image, const Arrival& arrival) {
+                               sequences.push_back(arrival.sequence);
+                               firsts.push_back(image.pixels.front());
+                               sizes.push_back(image.pixels.size());
+                               tally.add();
+                             });
+  ASSERT_TRUE(in.ok()) << in.error().message;
+  ASSERT_TRUE((*in)->connect("/giver/image:o"));
+  ASSERT_TRUE((*out)->port().wait_for_readers(1, kPatience_s));
+  // large ones are told on a board when the input has read all, and go over the socket when it is behind
+  constexpr int kRounds = 200;
+  constexpr std::array<std::uint32_t, 6> kRows{2, 2, 480, 480, 2, 480};
+  std::vector<std::uint8_t> expected_firsts;
+  std::vector<std::size_t> expected_sizes;
+  for (int round = 0; round < kRounds; ++round) {
+    for (const std::uint32_t rows : kRows) {
+      auto pixels = (*out)->begin({640, rows, 1920, "rgb8", "eye"}, Time{});
+      ASSERT_TRUE(pixels.ok()) << pixels.error().message;
+      pixels->front() = static_cast<std::uint8_t>(expected_firsts.size());
+      expected_firsts.push_back(pixels->front());
+      expected_sizes.push_back(pixels->size());
+      ASSERT_TRUE((*out)->send());
+    }
+    ASSERT_TRUE(tally.wait_for(static_cast<int>(expected_firsts.size())));
+  }
+  EXPECT_EQ(firsts, expected_firsts);
+  EXPECT_EQ(sizes, expected_sizes);
+  for (std::size_t i = 0; i < sequences.size(); ++i) {
+    ASSERT_EQ(sequences[i], i + 1);
+  }
+  EXPECT_EQ((*in)->connections().at(0).lost, 0U);
+}
+
+TEST(Direct, TheLastImageBeforeAnOutputGoesIsRead) {
+  const auto taker = make_node("taker");
+  for (int round = 0; round < 10; ++round) {
+    const auto giver = make_node("giver");
+    auto out = ImageOutput::open(*giver, "/giver/image:o", Profile::kEvent);
+    ASSERT_TRUE(out.ok()) << out.error().message;
+    Tally tally;
+    std::vector<std::uint8_t> firsts;
+    auto in = open_image_input(*taker, "/taker/image:i", Profile::kEvent,
+                               [&](const ImageView& image, const Arrival&) {
+                                 firsts.push_back(image.pixels.front());
+                                 tally.add();
+                               });
+    ASSERT_TRUE(in.ok()) << in.error().message;
+    ASSERT_TRUE((*in)->connect("/giver/image:o"));
+    ASSERT_TRUE((*out)->port().wait_for_readers(1, kPatience_s));
+    const std::vector<std::uint8_t> expected{1, 2, 3};
+    for (const std::uint8_t first : expected) {
+      auto pixels = (*out)->begin({640, 480, 1920, "rgb8", "eye"}, Time{});
+      ASSERT_TRUE(pixels.ok()) << pixels.error().message;
+      pixels->front() = first;
+      ASSERT_TRUE((*out)->send());
+      ASSERT_TRUE(first == 3 || tally.wait_for(first));
+    }
+    out->reset();  // and with it, its end of the lane
+    ASSERT_TRUE(tally.wait_for(3)) << "round " << round;
+    EXPECT_EQ(firsts, expected);
+  }
 }
 
 TEST(Direct, ACutImageIsRefused) {
