@@ -82,6 +82,10 @@ class LaneWriter::Lane final : public LaneLoop::Served, public std::enable_share
     }
   }
 
+  [[nodiscard]] bool knows(const Slot& slot) const {
+    return std::find(known_slots.begin(), known_slots.end(), slot.id) != known_slots.end();
+  }
+
   // the owner's, with its mutex
   const Fd fd;
   const Guid reader;
@@ -91,8 +95,9 @@ class LaneWriter::Lane final : public LaneLoop::Served, public std::enable_share
   std::unique_ptr<LaneBoardOutput> board;  // from the first large message on
   bool has_board = false;                  // the input has got it
   std::deque<FramePtr> pending;
-  std::map<std::uint32_t, std::shared_ptr<Slot>> held;
-  std::set<std::uint32_t> known_slots;
+  // few: vectors need no memory for each message
+  std::vector<std::shared_ptr<Slot>> held;  // that the input has not read yet
+  std::vector<std::uint32_t> known_slots;   // whose files it has got
   std::uint64_t last_sent = 0;  // number of a message
   std::uint64_t synced = 0;
 
@@ -196,7 +201,7 @@ std::shared_ptr<LaneWriter::Slot> LaneWriter::free_slot(std::size_t bytes) {
 }
 
 bool LaneWriter::try_send(Lane& lane, const Frame& frame) {
-  const bool is_new = frame.slot && !lane.known_slots.contains(frame.slot->id);
+  const bool is_new = frame.slot && !lane.knows(*frame.slot);
   if (frame.slot) {
     const std::size_t most = settings_.reliable ? kMostHeld : kMostHeldBestEffort;
     // the input may be ahead of this process's loop, and a message dropped for no reason
@@ -213,9 +218,9 @@ bool LaneWriter::try_send(Lane& lane, const Frame& frame) {
                     is_new ? std::span<const int>(file) : std::span<const int>()) >= 0) {
       lane.last_sent = std::max(lane.last_sent, frame.sequence);
       if (frame.slot) {
-        lane.held[frame.slot->id] = frame.slot;
+        lane.held.push_back(frame.slot);
         if (is_new) {
-          lane.known_slots.insert(frame.slot->id);
+          lane.known_slots.push_back(frame.slot->id);
         }
       }
       return true;
@@ -272,7 +277,7 @@ void LaneWriter::flush(Lane& lane) {
 }
 
 bool LaneWriter::tell(Lane& lane, const Frame& frame, const FrameHeader& header) {
-  if (!frame.slot || !lane.has_board || !lane.pending.empty() || !lane.known_slots.contains(frame.slot->id)) {
+  if (!frame.slot || !lane.has_board || !lane.pending.empty() || !lane.knows(*frame.slot)) {
     return false;
   }
   if (!lane.held.empty()) {
@@ -281,7 +286,7 @@ bool LaneWriter::tell(Lane& lane, const Frame& frame, const FrameHeader& header)
   if (!lane.held.empty()) {
     return false;
   }
-  lane.held[frame.slot->id] = frame.slot;
+  lane.held.push_back(frame.slot);
   lane.board->tell(header, lane.last_sent);
   lane.last_sent = header.sequence;
   return true;
@@ -465,9 +470,9 @@ LaneWriter::Answers LaneWriter::read_answers(Lane& lane) {
     const ssize_t size = recv(lane.fd.get(), &header, sizeof header, MSG_DONTWAIT);
     if (size == static_cast<ssize_t>(sizeof header)) {
       if (header.kind == FrameKind::kRelease) {
-        lane.held.erase(header.slot);
+        std::erase_if(lane.held, [&](const auto& slot) { return slot->id == header.slot; });
         if (header.slot_bytes == 0) {
-          lane.known_slots.erase(header.slot);
+          std::erase(lane.known_slots, header.slot);
         }
         answers.has_released = true;
       } else if (header.kind == FrameKind::kBoard) {

@@ -6,7 +6,6 @@
 #include <deque>
 #include <fastdds/dds/topic/TypeSupport.hpp>
 #include <functional>
-#include <map>
 #include <memory>
 #include <mutex>
 #include <set>

@@ -55,9 +55,13 @@ class Tally {
     changed_.notify_all();
   }
   bool wait_for(int count) {
+    return wait_until([this, count] { return count_ >= count; });
+  }
+  // Asks at every change.
+  template <class Holds>
+  bool wait_until(Holds holds) {
     std::unique_lock lock(mutex_);
-    return changed_.wait_for(lock, std::chrono::duration<double>(kPatience_s),
-                             [&] { return count_ >= count; });
+    return changed_.wait_for(lock, std::chrono::duration<double>(kPatience_s), holds);
   }
 
  private:
@@ -245,6 +249,49 @@ TEST(Direct, LargeAndSmallImagesComeInTheirOrder) {
     ASSERT_EQ(sequences[i], i + 1);
   }
   EXPECT_EQ((*in)->connections().at(0).lost, 0U);
+}
+
+TEST(Direct, AnInputThatWasBehindGetsTheNextImages) {
+  const auto giver = make_node("giver");
+  const auto taker = make_node("taker");
+  auto out = ImageOutput::open(*giver, "/giver/image:o", Profile::kSensor);
+  ASSERT_TRUE(out.ok()) << out.error().message;
+  Tally tally;
+  Tally let_go;
+  std::atomic<std::uint64_t> newest{0};
+  auto in = open_image_input(*taker, "/taker/image:i", Profile::kSensor,
+                             [&](const ImageView&, const Arrival& arrival) {
+                               EXPECT_GT(arrival.sequence, newest.load());
+                               newest = arrival.sequence;
+                               tally.add();
+                               EXPECT_TRUE(arrival.sequence != 3 || let_go.wait_for(1));
+                             });
+  ASSERT_TRUE(in.ok()) << in.error().message;
+  ASSERT_TRUE((*in)->connect("/giver/image:o"));
+  ASSERT_TRUE((*out)->port().wait_for_readers(1, kPatience_s));
+  std::uint64_t written = 0;
+  const auto write = [&] {
+    ASSERT_TRUE((*out)->begin({640, 480, 1920, "rgb8", "eye"}, Time{}));
+    ASSERT_TRUE((*out)->send());
+    ++written;
+  };
+  for (int i = 1; i <= 3; ++i) {
+    write();
+    ASSERT_TRUE(tally.wait_for(i));
+  }
+  // it is busy with the third one: three more wait for it, the others are lost
+  for (int i = 0; i < 30; ++i) {
+    write();
+  }
+  let_go.add();
+  ASSERT_TRUE(tally.wait_until([&] { return newest.load() == 6; }));
+  for (int i = 0; i < 20; ++i) {
+    write();
+    ASSERT_TRUE(tally.wait_until([&] { return newest.load() == written; })) << "image " << written;
+  }
+  const auto counters = (*in)->connections().at(0);
+  EXPECT_EQ(counters.received + counters.lost, written);
+  EXPECT_EQ(counters.lost, 27U);
 }
 
 TEST(Direct, TheLastImageBeforeAnOutputGoesIsRead) {
