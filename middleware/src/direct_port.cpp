@@ -44,7 +44,7 @@ bool swap_latest(RawInput& input, const std::function<void(void* message)>& swap
   return received.has_value();
 }
 
-Result<std::span<std::uint8_t>> loan(RawOutput& output, std::size_t bytes) {
+[[gnu::hot]] Result<std::span<std::uint8_t>> loan(RawOutput& output, std::size_t bytes) {
   auto* port = of_node<OutputPort>(output);
   if (port == nullptr) {
     return not_of_node(output.name());
@@ -57,7 +57,7 @@ Result<std::span<std::uint8_t>> loan(RawOutput& output, std::size_t bytes) {
   return std::span<std::uint8_t>(place, bytes);
 }
 
-Status write_loan(RawOutput& output, std::size_t bytes) {
+[[gnu::hot]] Status write_loan(RawOutput& output, std::size_t bytes) {
   auto* port = of_node<OutputPort>(output);
   return port == nullptr ? Status(not_of_node(output.name())) : port->write_loan(bytes);
 }

@@ -42,7 +42,8 @@ class CdrWriter {
 };
 
 // Everything before the pixels. Returns where they begin.
-std::size_t write_head(std::uint8_t* place, const ImageFormat& format, Time time, std::size_t pixels) {
+[[gnu::hot]] std::size_t write_head(std::uint8_t* place, const ImageFormat& format, Time time,
+                                    std::size_t pixels) {
   if (place != nullptr) {
     constexpr std::uint8_t kLittleEndian[kEncapsulation_bytes] = {0, 1, 0, 0};
     std::memcpy(place, kLittleEndian, sizeof kLittleEndian);
@@ -114,7 +115,7 @@ Result<std::unique_ptr<ImageOutput>> ImageOutput::open(Node& node, const std::st
   return self;
 }
 
-Result<std::span<std::uint8_t>> ImageOutput::begin(const ImageFormat& format, Time time) {
+[[gnu::hot]] Result<std::span<std::uint8_t>> ImageOutput::begin(const ImageFormat& format, Time time) {
   const std::size_t pixels = std::size_t{format.height} * format.step;
   if (pixels == 0 || pixels > 1'000'000'000) {
     return Error{ErrorCode::kInvalidArgument, "an image of " + std::to_string(format.height) + " rows of " +
@@ -132,7 +133,7 @@ Result<std::span<std::uint8_t>> ImageOutput::begin(const ImageFormat& format, Ti
   return place->subspan(head);
 }
 
-Status ImageOutput::send() {
+[[gnu::hot]] Status ImageOutput::send() {
   if (bytes_ == 0) {
     return Error{ErrorCode::kInvalidArgument,
                  "port " + port_->name() + " has no image to send: begin() first"};
@@ -140,11 +141,13 @@ Status ImageOutput::send() {
   return write_loan(*port_, std::exchange(bytes_, 0));
 }
 
-Result<ImageView> view_image(std::span<const std::uint8_t> payload) {
-  const Error broken{ErrorCode::kInvalidArgument,
-                     "these " + std::to_string(payload.size()) + " bytes are not a whole image message"};
+[[gnu::hot]] Result<ImageView> view_image(std::span<const std::uint8_t> payload) {
+  const auto broken = [&] {
+    return Error{ErrorCode::kInvalidArgument,
+                 "these " + std::to_string(payload.size()) + " bytes are not a whole image message"};
+  };
   if (payload.size() < kEncapsulation_bytes || payload[1] != 1) {
-    return broken;
+    return broken();
   }
   CdrReader in(payload.subspan(kEncapsulation_bytes));
   ImageView view;
@@ -157,7 +160,7 @@ Result<ImageView> view_image(std::span<const std::uint8_t> payload) {
   in.octet();
   view.step = in.number();
   view.pixels = in.bytes(in.number());
-  return in.is_whole() ? Result<ImageView>(view) : Result<ImageView>(broken);
+  return in.is_whole() ? Result<ImageView>(view) : Result<ImageView>(broken());
 }
 
 Result<std::unique_ptr<RawInput>> open_image_input(

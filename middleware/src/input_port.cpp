@@ -62,7 +62,7 @@ InputPort::~InputPort() {
   }
 }
 
-bool InputPort::Connection::note(const MessageInfo& info) {
+[[gnu::hot]] bool InputPort::Connection::note(const MessageInfo& info) {
   Stream& stream = streams_[info.writer];
   if (stream.last >= info.sequence) {
     return false;  // a repetition
@@ -88,7 +88,8 @@ std::shared_ptr<void> InputPort::Connection::spare_message() {
   return message;
 }
 
-bool InputPort::Connection::on_payload(std::span<const std::uint8_t> payload, const MessageInfo& info) {
+[[gnu::hot]] bool InputPort::Connection::on_payload(std::span<const std::uint8_t> payload,
+                                                    const MessageInfo& info) {
   if (!port_.has_handler_.load()) {
     return false;
   }

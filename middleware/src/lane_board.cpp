@@ -28,7 +28,7 @@ LaneBoardOutput::~LaneBoardOutput() {
   }
 }
 
-void LaneBoardOutput::tell(const FrameHeader& header, std::uint64_t after) {
+[[gnu::hot]] void LaneBoardOutput::tell(const FrameHeader& header, std::uint64_t after) {
   page_->after = after;
   page_->header = header;
   page_->sequence.store(header.sequence, std::memory_order_release);
@@ -54,7 +54,7 @@ std::unique_ptr<LaneBoardInput> LaneBoardInput::make(Fd bell, const Fd& memory) 
 
 LaneBoardInput::~LaneBoardInput() { munmap(const_cast<LaneBoardPage*>(page_), sizeof(LaneBoardPage)); }
 
-std::optional<FrameHeader> LaneBoardInput::read_after(std::uint64_t last) const {
+[[gnu::hot]] std::optional<FrameHeader> LaneBoardInput::read_after(std::uint64_t last) const {
   // what has not been read stays as it is
   if (page_->sequence.load(std::memory_order_acquire) <= last || page_->after > last) {
     return std::nullopt;

@@ -112,7 +112,7 @@ int LaneLoop::work_off() {
   }
 }
 
-void LaneLoop::serve() {
+[[gnu::hot]] void LaneLoop::serve() {
   t_is_loop = true;
   std::array<epoll_event, 32> ready{};
   int wait_ms = -1;

@@ -159,12 +159,12 @@ void LaneReader::on_ready(std::uint32_t epoll_events) {
   read_board(*sink);  // what waited for the packets that were sent before
 }
 
-void LaneReader::answer(const FrameHeader& header) {
+[[gnu::hot]] void LaneReader::answer(const FrameHeader& header) {
   answers_.push_back(header);
   send_answers();
 }
 
-void LaneReader::send_answers() {
+[[gnu::hot]] void LaneReader::send_answers() {
   while (!answers_.empty() &&
          send(fd_.get(), &answers_.front(), sizeof(FrameHeader), MSG_NOSIGNAL | MSG_DONTWAIT) >= 0) {
     answers_.pop_front();
@@ -203,13 +203,13 @@ bool LaneReader::take_board(LaneFiles files) {
   return bell_id_ != 0;
 }
 
-void LaneReader::read_board(LaneSink& sink) {
+[[gnu::hot]] void LaneReader::read_board(LaneSink& sink) {
   if (const auto header = board_ ? board_->read_after(last_) : std::nullopt) {
     deliver_shared(sink, *header);
   }
 }
 
-void LaneReader::deliver_shared(LaneSink& sink, const FrameHeader& header) {
+[[gnu::hot]] void LaneReader::deliver_shared(LaneSink& sink, const FrameHeader& header) {
   last_ = header.sequence;
   FrameHeader read;
   read.kind = FrameKind::kRelease;

@@ -98,7 +98,7 @@ class LaneWriter::Lane final : public LaneLoop::Served, public std::enable_share
   // few: vectors need no memory for each message
   std::vector<std::shared_ptr<Slot>> held;  // that the input has not read yet
   std::vector<std::uint32_t> known_slots;   // whose files it has got
-  std::uint64_t last_sent = 0;  // number of a message
+  std::uint64_t last_sent = 0;              // number of a message
   std::uint64_t synced = 0;
 
  private:
@@ -158,7 +158,7 @@ void LaneWriter::close() {
   progress_.notify_all();
 }
 
-LaneWriter::FramePtr LaneWriter::spare_frame() {
+[[gnu::hot]] LaneWriter::FramePtr LaneWriter::spare_frame() {
   for (const FramePtr& frame : frames_) {
     if (frame.use_count() == 1) {
       frame->slot.reset();
@@ -172,7 +172,7 @@ LaneWriter::FramePtr LaneWriter::spare_frame() {
   return frame;
 }
 
-std::shared_ptr<LaneWriter::Slot> LaneWriter::free_slot(std::size_t bytes) {
+[[gnu::hot]] std::shared_ptr<LaneWriter::Slot> LaneWriter::free_slot(std::size_t bytes) {
   for (const FramePtr& frame : frames_) {
     if (frame.use_count() == 1) {
       frame->slot.reset();
@@ -276,7 +276,7 @@ void LaneWriter::flush(Lane& lane) {
   progress_.notify_all();
 }
 
-bool LaneWriter::tell(Lane& lane, const Frame& frame, const FrameHeader& header) {
+[[gnu::hot]] bool LaneWriter::tell(Lane& lane, const Frame& frame, const FrameHeader& header) {
   if (!frame.slot || !lane.has_board || !lane.pending.empty() || !lane.knows(*frame.slot)) {
     return false;
   }
@@ -307,7 +307,7 @@ void LaneWriter::send_board(Lane& lane) {
   }
 }
 
-void LaneWriter::distribute(const FramePtr& frame, const FrameHeader& header) {
+[[gnu::hot]] void LaneWriter::distribute(const FramePtr& frame, const FrameHeader& header) {
   std::memcpy(frame->bytes.data(), &header, sizeof header);
   frame->sequence = header.sequence;
   for (const auto& lane : lanes_) {
@@ -384,7 +384,7 @@ Sent LaneWriter::write(const void* message, const Related* related) {
   return Sent::kYes;
 }
 
-std::uint8_t* LaneWriter::loan(std::size_t bytes) {
+[[gnu::hot]] std::uint8_t* LaneWriter::loan(std::size_t bytes) {
   const std::lock_guard lock(mutex_);
   loan_.reset();
   loan_ = free_slot(std::max(bytes, kMostInline_bytes));
@@ -395,7 +395,7 @@ std::span<const std::uint8_t> LaneWriter::loaned() const {
   return loan_ ? loan_->payload() : std::span<std::uint8_t>();
 }
 
-Sent LaneWriter::write_loan(std::size_t bytes) {
+[[gnu::hot]] Sent LaneWriter::write_loan(std::size_t bytes) {
   std::unique_lock lock(mutex_);
   if (!loan_ || bytes > loan_->payload().size()) {
     return Sent::kFailed;

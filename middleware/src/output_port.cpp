@@ -108,7 +108,7 @@ Status OutputPort::write(const void* message) {
   return send([&] { return writer_->write(message); });
 }
 
-Status OutputPort::write_loan(std::size_t bytes) {
+[[gnu::hot]] Status OutputPort::write_loan(std::size_t bytes) {
   return send([&] { return writer_->write_loan(bytes); });
 }
 

@@ -90,8 +90,8 @@ class Reader::Listener final : public dds::DataReaderListener,
       events_->on_matched(writer, false);
     }
   }
-  void on_lane_frame(const Guid& writer, const FrameHeader& header,
-                     std::span<const std::uint8_t> payload) override {
+  [[gnu::hot]] void on_lane_frame(const Guid& writer, const FrameHeader& header,
+                                  std::span<const std::uint8_t> payload) override {
     const std::lock_guard lock(mutex_);
     if (events_ == nullptr) {
       return;

@@ -295,9 +295,9 @@ Sent Writer::write(const void* message, const SampleId* related) {
   return Sent::kYes;
 }
 
-std::uint8_t* Writer::loan(std::size_t bytes) { return lane_->loan(bytes); }
+[[gnu::hot]] std::uint8_t* Writer::loan(std::size_t bytes) { return lane_->loan(bytes); }
 
-Sent Writer::write_loan(std::size_t bytes) {
+[[gnu::hot]] Sent Writer::write_loan(std::size_t bytes) {
   if (!listener_->has_far()) {
     const Sent sent = lane_->write_loan(bytes);
     listener_->forget_by_dds();
