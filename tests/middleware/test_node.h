@@ -1,8 +1,12 @@
 #pragma once
 
 #include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <sys/un.h>
 #include <unistd.h>
 
+#include <cstddef>
+#include <cstring>
 #include <memory>
 #include <string>
 
@@ -11,8 +15,30 @@
 
 namespace nido::testing {
 
-// A domain that no other test program of this machine uses at the same time, most likely.
-inline int own_domain() { return 100 + static_cast<int>(getpid() % 120); }
+// A domain that no other test program of this machine uses at the same time: it is who has a name in Linux's
+// abstract namespace, which the kernel takes back with the process.
+inline int own_domain() {
+  static const int domain = [] {
+    constexpr int kFirst = 100;
+    constexpr int kCount = 120;
+    for (int i = 0; i < kCount; ++i) {
+      const int candidate = kFirst + (getpid() + i) % kCount;
+      const std::string name = "nido-test-domain/" + std::to_string(candidate);
+      sockaddr_un address{};
+      address.sun_family = AF_UNIX;
+      std::memcpy(address.sun_path + 1, name.data(), name.size());
+      const auto length = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + 1 + name.size());
+      const int fd = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+      if (fd >= 0 && bind(fd, reinterpret_cast<const sockaddr*>(&address), length) == 0) {
+        return candidate;  // and the socket stays open
+      }
+      close(fd);
+    }
+    ADD_FAILURE() << "all domains of tests are taken";
+    return kFirst;
+  }();
+  return domain;
+}
 
 // Long enough for a loaded machine; conditions end the wait as soon as they hold.
 constexpr double kPatience_s = 20.0;

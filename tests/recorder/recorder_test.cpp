@@ -342,7 +342,8 @@ TEST(Recorder, InLockstepEveryMessageIsRecorded) {
   std::thread owner([&] {
     for (int k = 1; k <= kTicks; ++k) {
       EXPECT_TRUE(state->write(joints(k % 7)).ok());
-      if (!robot->publish_clock({10'000'000LL * k})) return;
+      const auto status = robot->publish_clock({10'000'000LL * k});
+      ASSERT_TRUE(status.ok()) << "tick " << k << ": " << status.error().message;
     }
   });
   std::thread works(
