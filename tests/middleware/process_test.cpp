@@ -1,11 +1,14 @@
 // Processes that end: restarted sources, signals, files left behind.
 
 #include <fcntl.h>
+#include <sys/socket.h>
 
+#include <array>
 #include <fstream>
 #include <set>
 
 #include "child_process.h"
+#include "fd.h"
 #include "nido/middleware/shm_hygiene.h"
 #include "test_node.h"
 
@@ -141,6 +144,71 @@ TEST(Process, AStoppedReaderHoldsUpNobodyAndIsServedWhenItGoesOn) {
     got = stopped.line_with("GOT the end", 0.1) == "(none)" ? "" : "the end";
   }
   EXPECT_EQ(got, "the end") << stopped.fate() << "; it said last:\n" << stopped.seen();
+}
+
+// A process that is being started has a copy of each file of this one for a moment. Here for longer.
+class HolderOfCopies {
+ public:
+  HolderOfCopies() : pid_(fork()) {
+    if (pid_ == 0) {
+      for (;;) {
+        pause();
+      }
+    }
+  }
+  ~HolderOfCopies() {
+    kill(pid_, SIGKILL);
+    waitpid(pid_, nullptr, 0);
+  }
+  HolderOfCopies(const HolderOfCopies&) = delete;
+  HolderOfCopies& operator=(const HolderOfCopies&) = delete;
+
+ private:
+  const pid_t pid_;
+};
+
+TEST(Process, WhatComesForOthersIsNotReadWhenAProcessEndsWhileAnotherIsStarted) {
+  auto node = make_node("watcher");
+  auto in = make_input<String>(*node, "/watcher/in:i", Profile::kState);
+  ASSERT_TRUE(in->connect("/idle/out:o").ok());
+  ChildProcess ending(NIDO_TEST_PEER, arguments("idle"));
+  ASSERT_EQ(ending.line_with("READY"), "");
+  ASSERT_TRUE(in->wait_for_sources(1, kPatience_s));
+  const HolderOfCopies holder;
+  ending.signal(SIGKILL);
+  ending.wait_for_end();
+  // these get the numbers of the files that its end closes
+  struct Pair {
+    Fd in;
+    Fd out;
+  };
+  std::vector<Pair> pairs;
+  const auto make_pairs = [&] {
+    for (int i = 0; i < 20; ++i) {
+      int ends[2];
+      ASSERT_EQ(socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends), 0);
+      pairs.push_back({Fd(ends[0]), Fd(ends[1])});
+      ASSERT_EQ(write(ends[1], "mine", 4), 4);
+      ASSERT_EQ(write(ends[0], "mine", 4), 4);
+    }
+  };
+  for (int life = 0; life < 3; ++life) {
+    make_pairs();
+    // somebody else comes, so that the threads that listen have gone on
+    ChildProcess next(NIDO_TEST_PEER, arguments("idle"));
+    ASSERT_EQ(next.line_with("READY"), "");
+    ASSERT_TRUE(in->wait_for_sources(1, kPatience_s));
+    next.signal(SIGKILL);
+    next.wait_for_end();
+  }
+  int taken = 0;
+  for (const Pair& pair : pairs) {
+    for (const int fd : {pair.in.get(), pair.out.get()}) {
+      std::array<char, 8> text{};
+      taken += recv(fd, text.data(), text.size(), MSG_DONTWAIT) == 4 ? 0 : 1;
+    }
+  }
+  EXPECT_EQ(taken, 0);
 }
 
 TEST(Process, NothingIsLeftInSharedMemoryAlsoByAKilledProcess) {
