@@ -7,6 +7,7 @@
 #include <atomic>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <iostream>
 #include <random>
 #include <set>
@@ -177,12 +178,18 @@ class Killer {
   }
   [[nodiscard]] long received() const { return received_; }
   [[nodiscard]] long torn() const { return torn_; }
-  [[nodiscard]] bool is_alone() const { return !in_->connections().at(0).live; }
+  // The last one's end is known as soon as what it had sent is read.
+  [[nodiscard]] bool becomes_alone() const {
+    return becomes_true([this] { return !in_->connections().at(0).live; });
+  }
 
  private:
   bool comes_after(long seen) const {
+    return becomes_true([this, seen] { return received_ != seen; });
+  }
+  static bool becomes_true(const std::function<bool()>& condition) {
     const auto deadline = std::chrono::steady_clock::now() + std::chrono::duration<double>(kPatience_s);
-    while (received_ == seen) {
+    while (!condition()) {
       if (std::chrono::steady_clock::now() > deadline) {
         return false;
       }
@@ -236,7 +243,7 @@ void kill_many(int warm_up, int count, std::size_t most_growth_kb) {
   long received = 0;
   for (const auto& killer : killers) {
     EXPECT_EQ(killer->torn(), 0);
-    EXPECT_TRUE(killer->is_alone());
+    EXPECT_TRUE(killer->becomes_alone());
     received += killer->received();
   }
   const Footprint after = own_footprint();
