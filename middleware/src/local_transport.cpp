@@ -170,8 +170,8 @@ class Inlet {
         return;
       }
       if (size <= 0) {  // the sender has ended
-        // closing is not enough: while this process starts another one, that has a copy of each file for a
-        // moment, and the kernel would go on telling of this one under a number that is somebody else's by then
+        // closing is not enough: a process that this one starts has a copy of each file for a moment, and the
+        // kernel goes on telling of this one under a number that is somebody else's by then
         epoll_ctl(events_.get(), EPOLL_CTL_DEL, fd, nullptr);
         senders_.erase(fd);
         return;
