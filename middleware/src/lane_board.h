@@ -11,10 +11,11 @@
 namespace nido {
 
 // What makes a lane quick for large messages: a page of shared memory on which the input finds the header of
-// the message that it is to read, and a bell, an eventfd that wakes it up. That is a third of what a packet
-// over the socket takes after some milliseconds in which the processors have done other things. A board has
+// the message that it is to read, and a bell, an eventfd that wakes it up. That takes half of what a packet
+// over the socket does after some milliseconds in which the processors have done other things. A board has
 // room for one message: the output uses it when the input has read all that came before, else the socket.
 struct LaneBoardPage {
+  static_assert(std::atomic<std::uint64_t>::is_always_lock_free, "two processes share it");
   std::atomic<std::uint64_t> sequence;  // of the message below, 0: none yet
   std::uint64_t after = 0;              // number of the last message that was sent to the input before
   FrameHeader header;

@@ -282,9 +282,9 @@ void LaneWriter::flush(Lane& lane) {
   }
   if (!lane.held.empty()) {
     (void)read_answers(lane);
-  }
-  if (!lane.held.empty()) {
-    return false;
+    if (!lane.held.empty()) {
+      return false;
+    }
   }
   lane.held.push_back(frame.slot);
   lane.board->tell(header, lane.last_sent);

@@ -126,40 +126,66 @@ bool is_shared(const void* address) {
   return false;
 }
 
+// An output of images and an input that hands each of them over, connected.
+class ImageLine {
+ public:
+  using Handler = std::function<void(const ImageView& image, const Arrival& arrival)>;
+  ImageLine(Profile profile, Handler handler) : giver_(make_node("giver")), taker_(make_node("taker")) {
+    auto out = ImageOutput::open(*giver_, "/giver/image:o", profile);
+    auto in = open_image_input(*taker_, "/taker/image:i", profile, std::move(handler));
+    EXPECT_TRUE(out.ok()) << out.error().message;
+    EXPECT_TRUE(in.ok()) << in.error().message;
+    out_ = std::move(*out);
+    in_ = std::move(*in);
+    EXPECT_TRUE(in_->connect("/giver/image:o"));
+    EXPECT_TRUE(out_->port().wait_for_readers(1, kPatience_s));
+  }
+  [[nodiscard]] ImageOutput& out() { return *out_; }
+  [[nodiscard]] Node& taker() { return *taker_; }
+  [[nodiscard]] ConnectionCounters counters() const { return in_->connections().at(0); }
+  // An image of 640 columns that begins with a number.
+  void send(std::uint8_t first, std::uint32_t rows = 480) {
+    auto pixels = out_->begin({640, rows, 1920, "rgb8", "eye"}, Time{});
+    ASSERT_TRUE(pixels.ok()) << pixels.error().message;
+    pixels->front() = first;
+    ASSERT_TRUE(out_->send());
+  }
+  void close_output() { out_.reset(); }
+
+ private:
+  std::unique_ptr<Node> giver_;
+  std::unique_ptr<Node> taker_;
+  std::unique_ptr<ImageOutput> out_;
+  std::unique_ptr<RawInput> in_;
+};
+
 TEST(Direct, ImagesAreReadWhereTheyWerePaintedAndByOrdinaryInputsToo) {
-  const auto giver = make_node("giver");
-  const auto taker = make_node("taker");
-  auto out = ImageOutput::open(*giver, "/giver/image:o", Profile::kEvent);
-  ASSERT_TRUE(out.ok()) << out.error().message;
   Tally tally;
   std::vector<std::uint8_t> firsts;
-  auto in = open_image_input(*taker, "/taker/image:i", Profile::kEvent,
-                             [&](const ImageView& image, const Arrival&) {
-                               EXPECT_EQ(image.width, 640U);
-                               EXPECT_EQ(image.height, 480U);
-                               EXPECT_EQ(image.step, 1920U);
-                               EXPECT_EQ(image.encoding, "rgb8");
-                               EXPECT_EQ(image.frame_id, "left_eye");
-                               EXPECT_EQ(image.time.ns, 5'000'000'007);
-                               EXPECT_EQ(image.pixels.size(), 921600U);
-                               EXPECT_EQ(image.pixels.front(), image.pixels.back());
-                               EXPECT_TRUE(is_shared(image.pixels.data()));
-                               EXPECT_TRUE(is_shared(&image.pixels.back()));
-                               firsts.push_back(image.pixels.front());
-                               tally.add();
-                             });
-  ASSERT_TRUE(in.ok()) << in.error().message;
-  const auto ordinary = make_input<msgs::Image>(*taker, "/taker/ordinary:i", Profile::kEvent);
-  ASSERT_TRUE((*in)->connect("/giver/image:o"));
+  ImageLine line(Profile::kEvent, [&](const ImageView& image, const Arrival&) {
+    EXPECT_EQ(image.width, 640U);
+    EXPECT_EQ(image.height, 480U);
+    EXPECT_EQ(image.step, 1920U);
+    EXPECT_EQ(image.encoding, "rgb8");
+    EXPECT_EQ(image.frame_id, "left_eye");
+    EXPECT_EQ(image.time.ns, 5'000'000'007);
+    EXPECT_EQ(image.pixels.size(), 921600U);
+    EXPECT_EQ(image.pixels.front(), image.pixels.back());
+    EXPECT_TRUE(is_shared(image.pixels.data()));
+    EXPECT_TRUE(is_shared(&image.pixels.back()));
+    firsts.push_back(image.pixels.front());
+    tally.add();
+  });
+  const auto ordinary = make_input<msgs::Image>(line.taker(), "/taker/ordinary:i", Profile::kEvent);
   ASSERT_TRUE(ordinary->connect("/giver/image:o"));
-  ASSERT_TRUE((*out)->port().wait_for_readers(2, kPatience_s));
+  ASSERT_TRUE(line.out().port().wait_for_readers(2, kPatience_s));
   for (int i = 1; i <= 30; ++i) {
-    auto pixels = (*out)->begin({640, 480, 1920, "rgb8", "left_eye"}, Time{5'000'000'007});
+    auto pixels = line.out().begin({640, 480, 1920, "rgb8", "left_eye"}, Time{5'000'000'007});
     ASSERT_TRUE(pixels.ok()) << pixels.error().message;
     ASSERT_EQ(pixels->size(), 921600U);
     EXPECT_TRUE(is_shared(pixels->data()));
     std::fill(pixels->begin(), pixels->end(), static_cast<std::uint8_t>(i));
-    ASSERT_TRUE((*out)->send());
+    ASSERT_TRUE(line.out().send());
     ASSERT_TRUE(ordinary->wait_for_message(kPatience_s));
     const auto image = ordinary->take();
     ASSERT_TRUE(image);
@@ -171,62 +197,44 @@ TEST(Direct, ImagesAreReadWhereTheyWerePaintedAndByOrdinaryInputsToo) {
     ASSERT_TRUE(tally.wait_for(i));
     EXPECT_EQ(firsts.back(), i);
   }
-  EXPECT_FALSE((*out)->send().ok()) << "there is no image to send";
+  EXPECT_FALSE(line.out().send().ok()) << "there is no image to send";
 }
 
 TEST(Direct, AnImageThatWasBegunAndNotSentKeepsNobodyWaiting) {
-  const auto giver = make_node("giver");
-  const auto taker = make_node("taker");
-  auto out = ImageOutput::open(*giver, "/giver/image:o", Profile::kEvent);
-  ASSERT_TRUE(out.ok()) << out.error().message;
   Tally tally;
   std::vector<std::uint8_t> firsts;
-  auto in = open_image_input(*taker, "/taker/image:i", Profile::kEvent,
-                             [&](const ImageView& image, const Arrival&) {
-                               firsts.push_back(image.pixels.front());
-                               tally.add();
-                             });
-  ASSERT_TRUE(in.ok()) << in.error().message;
-  ASSERT_TRUE((*in)->connect("/giver/image:o"));
-  ASSERT_TRUE((*out)->port().wait_for_readers(1, kPatience_s));
+  ImageLine line(Profile::kEvent, [&](const ImageView& image, const Arrival&) {
+    firsts.push_back(image.pixels.front());
+    tally.add();
+  });
   const std::vector<std::uint8_t> expected{0, 1, 2, 3, 4, 5, 6, 7};
   for (const std::uint8_t i : expected) {
     for (const bool is_sent : {false, true}) {
-      auto pixels = (*out)->begin({640, 480, 1920, "rgb8", "eye"}, Time{});
+      auto pixels = line.out().begin({640, 480, 1920, "rgb8", "eye"}, Time{});
       ASSERT_TRUE(pixels.ok()) << pixels.error().message;
       std::fill(pixels->begin(), pixels->end(), is_sent ? i : 99);
       if (is_sent) {
-        ASSERT_TRUE((*out)->send());
+        ASSERT_TRUE(line.out().send());
       }
     }
     ASSERT_TRUE(tally.wait_for(i + 1));
   }
   EXPECT_EQ(firsts, expected);
-  const std::vector<ConnectionCounters> counters = (*in)->connections();
-  ASSERT_EQ(counters.size(), 1U);
-  EXPECT_EQ(counters[0].received, expected.size());
-  EXPECT_EQ(counters[0].lost, 0U);
+  EXPECT_EQ(line.counters().received, expected.size());
+  EXPECT_EQ(line.counters().lost, 0U);
 }
 
 TEST(Direct, LargeAndSmallImagesComeInTheirOrder) {
-  const auto giver = make_node("giver");
-  const auto taker = make_node("taker");
-  auto out = ImageOutput::open(*giver, "/giver/image:o", Profile::kEvent);
-  ASSERT_TRUE(out.ok()) << out.error().message;
   Tally tally;
   std::vector<std::uint64_t> sequences;
   std::vector<std::uint8_t> firsts;
   std::vector<std::size_t> sizes;
-  auto in = open_image_input(*taker, "/taker/image:i", Profile::kEvent,
-                             [&](const ImageView& image, const Arrival& arrival) {
-                               sequences.push_back(arrival.sequence);
-                               firsts.push_back(image.pixels.front());
-                               sizes.push_back(image.pixels.size());
-                               tally.add();
-                             });
-  ASSERT_TRUE(in.ok()) << in.error().message;
-  ASSERT_TRUE((*in)->connect("/giver/image:o"));
-  ASSERT_TRUE((*out)->port().wait_for_readers(1, kPatience_s));
+  ImageLine line(Profile::kEvent, [&](const ImageView& image, const Arrival& arrival) {
+    sequences.push_back(arrival.sequence);
+    firsts.push_back(image.pixels.front());
+    sizes.push_back(image.pixels.size());
+    tally.add();
+  });
   // large ones are told on a board when the input has read all, and go over the socket when it is behind
   constexpr int kRounds = 200;
   constexpr std::array<std::uint32_t, 6> kRows{2, 2, 480, 480, 2, 480};
@@ -234,12 +242,9 @@ TEST(Direct, LargeAndSmallImagesComeInTheirOrder) {
   std::vector<std::size_t> expected_sizes;
   for (int round = 0; round < kRounds; ++round) {
     for (const std::uint32_t rows : kRows) {
-      auto pixels = (*out)->begin({640, rows, 1920, "rgb8", "eye"}, Time{});
-      ASSERT_TRUE(pixels.ok()) << pixels.error().message;
-      pixels->front() = static_cast<std::uint8_t>(expected_firsts.size());
-      expected_firsts.push_back(pixels->front());
-      expected_sizes.push_back(pixels->size());
-      ASSERT_TRUE((*out)->send());
+      expected_firsts.push_back(static_cast<std::uint8_t>(expected_firsts.size()));
+      expected_sizes.push_back(std::size_t{rows} * 1920);
+      line.send(expected_firsts.back(), rows);
     }
     ASSERT_TRUE(tally.wait_for(static_cast<int>(expected_firsts.size())));
   }
@@ -248,31 +253,22 @@ TEST(Direct, LargeAndSmallImagesComeInTheirOrder) {
   for (std::size_t i = 0; i < sequences.size(); ++i) {
     ASSERT_EQ(sequences[i], i + 1);
   }
-  EXPECT_EQ((*in)->connections().at(0).lost, 0U);
+  EXPECT_EQ(line.counters().lost, 0U);
 }
 
 TEST(Direct, AnInputThatWasBehindGetsTheNextImages) {
-  const auto giver = make_node("giver");
-  const auto taker = make_node("taker");
-  auto out = ImageOutput::open(*giver, "/giver/image:o", Profile::kSensor);
-  ASSERT_TRUE(out.ok()) << out.error().message;
   Tally tally;
   Tally let_go;
   std::atomic<std::uint64_t> newest{0};
-  auto in = open_image_input(*taker, "/taker/image:i", Profile::kSensor,
-                             [&](const ImageView&, const Arrival& arrival) {
-                               EXPECT_GT(arrival.sequence, newest.load());
-                               newest = arrival.sequence;
-                               tally.add();
-                               EXPECT_TRUE(arrival.sequence != 3 || let_go.wait_for(1));
-                             });
-  ASSERT_TRUE(in.ok()) << in.error().message;
-  ASSERT_TRUE((*in)->connect("/giver/image:o"));
-  ASSERT_TRUE((*out)->port().wait_for_readers(1, kPatience_s));
+  ImageLine line(Profile::kSensor, [&](const ImageView&, const Arrival& arrival) {
+    EXPECT_GT(arrival.sequence, newest.load());
+    newest = arrival.sequence;
+    tally.add();
+    EXPECT_TRUE(arrival.sequence != 3 || let_go.wait_for(1));
+  });
   std::uint64_t written = 0;
   const auto write = [&] {
-    ASSERT_TRUE((*out)->begin({640, 480, 1920, "rgb8", "eye"}, Time{}));
-    ASSERT_TRUE((*out)->send());
+    line.send(0);
     ++written;
   };
   for (int i = 1; i <= 3; ++i) {
@@ -289,36 +285,24 @@ TEST(Direct, AnInputThatWasBehindGetsTheNextImages) {
     write();
     ASSERT_TRUE(tally.wait_until([&] { return newest.load() == written; })) << "image " << written;
   }
-  const auto counters = (*in)->connections().at(0);
-  EXPECT_EQ(counters.received + counters.lost, written);
-  EXPECT_EQ(counters.lost, 27U);
+  EXPECT_EQ(line.counters().received, written - 27);
+  EXPECT_EQ(line.counters().lost, 27U);
 }
 
 TEST(Direct, TheLastImageBeforeAnOutputGoesIsRead) {
-  const auto taker = make_node("taker");
   for (int round = 0; round < 10; ++round) {
-    const auto giver = make_node("giver");
-    auto out = ImageOutput::open(*giver, "/giver/image:o", Profile::kEvent);
-    ASSERT_TRUE(out.ok()) << out.error().message;
     Tally tally;
     std::vector<std::uint8_t> firsts;
-    auto in = open_image_input(*taker, "/taker/image:i", Profile::kEvent,
-                               [&](const ImageView& image, const Arrival&) {
-                                 firsts.push_back(image.pixels.front());
-                                 tally.add();
-                               });
-    ASSERT_TRUE(in.ok()) << in.error().message;
-    ASSERT_TRUE((*in)->connect("/giver/image:o"));
-    ASSERT_TRUE((*out)->port().wait_for_readers(1, kPatience_s));
+    ImageLine line(Profile::kEvent, [&](const ImageView& image, const Arrival&) {
+      firsts.push_back(image.pixels.front());
+      tally.add();
+    });
     const std::vector<std::uint8_t> expected{1, 2, 3};
     for (const std::uint8_t first : expected) {
-      auto pixels = (*out)->begin({640, 480, 1920, "rgb8", "eye"}, Time{});
-      ASSERT_TRUE(pixels.ok()) << pixels.error().message;
-      pixels->front() = first;
-      ASSERT_TRUE((*out)->send());
+      line.send(first);
       ASSERT_TRUE(first == 3 || tally.wait_for(first));
     }
-    out->reset();  // and with it, its end of the lane
+    line.close_output();
     ASSERT_TRUE(tally.wait_for(3)) << "round " << round;
     EXPECT_EQ(firsts, expected);
   }
